@@ -430,7 +430,7 @@ fn at_reference(calibration: &Calibration, intervals: &mut [Pose], findings: &mu
     let without = temperatures.filter(Option::is_none).count();
     if without > 0 {
         let intervals = intervals.len();
-        let why = NoTemperature::Of { without, intervals };
+        let why = NoTemperature::SomeIntervals { without, intervals };
         findings.push(not_applied(model, why));
     }
     bring_to_reference(intervals, model);

@@ -134,7 +134,6 @@ gravical_recording::errors! {
         NotJson { why: String } => "this is not a calibration file: not valid JSON ({why})" => "{A_CALIBRATION}";
         NotWritten { why: String } => "{why}";
     "calibration-format" input:
-        OtherVersion { format: String } => "this is {format} of another version; this one reads {FORMAT}" => "calibrate again from the recordings";
         OtherFormat { format: String } => "the format is \"{format}\"; this program reads {FORMAT}";
         NoFormat => "this JSON is not a calibration: it has neither \"format\" nor \"K_a\" of imucal";
         ImucalVersion { version: String } => "imucal's format {version}; versions 2.x and before 2.0 are read";

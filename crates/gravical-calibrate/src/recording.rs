@@ -78,25 +78,28 @@ pub(crate) fn common_serial(recordings: &[Recording]) -> Result<Option<String>> 
     Err(differ.at(other.as_ref(), None).advise("sensor_id", ""))
 }
 
-/// Adds to an error what was wrong with lines of `recordings`: too few poses can be too few rows.
+/// Adds to an error what reading `recordings` lost: too few poses can be too few rows.
 pub(crate) fn after_losses(error: Error, recordings: &[Recording]) -> Error {
+    let said = |f: &Finding| match f.count {
+        0 => f.kind.clone(),
+        n => format!("{n} {}", f.kind),
+    };
     let losses = |recording: &Recording| -> Vec<String> {
-        let of_lines = |f: &&Finding| f.severity == Severity::Warning && f.count > 0;
-        let found = recording.findings.iter().filter(of_lines);
-        found.map(|f| format!("{} {}", f.count, f.kind)).collect()
+        let lost = recording.findings.iter().filter(|f| f.is_loss());
+        lost.map(said).collect()
     };
     let mut damaged = recordings.iter().map(|r| (&r.name, losses(r)));
     let Some((name, losses)) = damaged.find(|(_, losses)| !losses.is_empty()) else {
         return error;
     };
     let file = path_word(Path::new(name));
-    let mut hint = format!("`gravical inspect {file}` shows these lines");
+    let mut hint = format!("`gravical inspect {file}` shows the damaged lines");
     if let Some(first) = error.hint() {
         hint += &format!("; {first}");
     }
     let losses = losses.join(", ");
     error
-        .with_detail(&format!("; in {name}: {losses}"))
+        .with_detail(&format!("; reading {name} lost samples: {losses}"))
         .with_hint(hint)
 }
 

@@ -283,7 +283,7 @@ pub fn read_session(
 ///
 /// # Errors
 ///
-/// As [`read_session`].
+/// As [`read_session`], but for `no-recordings`.
 pub fn read_named_session(
     files: &[Named<'_>],
     of_folder: bool,
@@ -321,7 +321,7 @@ pub fn read_named_session(
         }
         (_, _, gyroscopes) => {
             for file in gyroscopes {
-                let alone = Case::GyroAlone.finding().as_note().advise("gyro", "");
+                let alone = Case::GyroAlone.finding().advise("gyro", "");
                 left_out.push(alone.in_file(&file.name()));
             }
         }

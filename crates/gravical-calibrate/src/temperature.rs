@@ -357,17 +357,17 @@ fn refused(model: &TemperatureModel) -> Option<Finding> {
 #[derive(Debug, Clone, Serialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum NoTemperature {
-    Recorded,
-    InCelsius,
-    Of { without: usize, intervals: usize },
+    NotRecorded,
+    NotCelsius,
+    SomeIntervals { without: usize, intervals: usize },
 }
 
 impl fmt::Display for NoTemperature {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
-            NoTemperature::Recorded => f.write_str("the recording has no temperatures"),
-            NoTemperature::InCelsius => f.write_str("the recording's temperatures are not in °C"),
-            NoTemperature::Of { without, intervals } => {
+            NoTemperature::NotRecorded => f.write_str("the recording has no temperatures"),
+            NoTemperature::NotCelsius => f.write_str("the recording's temperatures are not in °C"),
+            NoTemperature::SomeIntervals { without, intervals } => {
                 write!(
                     f,
                     "{without} of {intervals} static intervals have no temperature"

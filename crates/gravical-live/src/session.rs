@@ -444,7 +444,7 @@ impl Session {
         let mut text = sentence(&format!("{rate}, {columns}, {unit}, {gyro} gyroscope"));
         // A second is too short to say anything of the samples.
         for finding in &recording.findings {
-            if !finding.is_of_samples {
+            if !finding.is_of_samples() {
                 text += &format!(" {}", sentence(&finding.message));
             }
         }

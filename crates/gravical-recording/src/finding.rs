@@ -1,8 +1,7 @@
 //! What is wrong, or merely worth knowing, in a recording or a result: its kind, its numbers, its lines and what was
 //! done about it.
 //!
-//! Each crate has one enum of what it finds, made by [`findings!`](crate::findings): the sentences stand there and
-//! nowhere else. What was found is told, and never looked up to decide something.
+//! Each crate has one enum of what it finds, made by [`findings!`](crate::findings): the sentences stand there. What was found is told. It decides nothing, but that a gate makes a calibration poor.
 
 mod cases;
 
@@ -60,9 +59,6 @@ pub struct Finding {
     /// How many lines (or cells, or samples) are concerned in all.
     #[serde(default)]
     pub count: u64,
-    /// True for what the values show once there are enough: a channel that does not change, the end of the range.
-    #[serde(skip)]
-    pub is_of_samples: bool,
 }
 
 fn is_false(is_it: &bool) -> bool {
@@ -72,21 +68,20 @@ fn is_false(is_it: &bool) -> bool {
 impl Finding {
     /// What [`findings!`](crate::findings) makes of a case.
     #[doc(hidden)]
-    pub fn of(kind: &Kind, message: &dyn Display, values: Map) -> Self {
+    pub fn from_case((kind, weight): (&str, Weight), message: &dyn Display, values: Map) -> Self {
         Finding {
-            kind: kind.name.to_owned(),
-            severity: match kind.weight {
+            kind: kind.to_owned(),
+            severity: match weight {
                 Weight::Note => Severity::Note,
-                Weight::Warning | Weight::Gate => Severity::Warning,
+                Weight::Warning | Weight::Loss | Weight::Gate => Severity::Warning,
             },
-            gate: kind.weight == Weight::Gate,
+            gate: weight == Weight::Gate,
             message: message.to_string(),
             values,
             options: Vec::new(),
             file: None,
             lines: Vec::new(),
             count: 0,
-            is_of_samples: false,
         }
     }
 
@@ -105,6 +100,18 @@ impl Finding {
     /// The message with its options, in the words of a surface.
     pub fn worded(&self, word: impl Fn(&Advice) -> String) -> String {
         with_options(&self.message, &self.options, word)
+    }
+
+    /// True if samples were lost or could not be read.
+    pub fn is_loss(&self) -> bool {
+        let mut losses = Case::KINDS.iter().filter(|k| k.weight == Weight::Loss);
+        losses.any(|kind| kind.name == self.kind)
+    }
+
+    /// True for what the values show once there are enough: a channel that does not change, the end of the range.
+    pub fn is_of_samples(&self) -> bool {
+        let kinds = ["clipped", "frozen-axis", "repeated-rows", "sensor-hung"];
+        kinds.contains(&&*self.kind)
     }
 
     /// Adds the lines it concerns.
@@ -133,6 +140,8 @@ impl Finding {
 pub enum Weight {
     Note,
     Warning,
+    /// A warning: samples were lost or could not be read.
+    Loss,
     /// A warning that makes a calibration poor.
     Gate,
 }
@@ -143,6 +152,8 @@ pub enum Weight {
 pub struct Kind {
     pub name: &'static str,
     pub weight: Weight,
+    /// That of its cases, where one differs.
+    pub of_cases: &'static [Weight],
     /// When it is found.
     pub meaning: &'static str,
     /// What was done about it.
@@ -157,6 +168,17 @@ pub fn value(of: &impl Serialize) -> Value {
     serde_json::to_value(of).unwrap_or_default()
 }
 
+#[doc(hidden)]
+#[macro_export]
+macro_rules! own_weight {
+    ($kind:ident) => {
+        $crate::finding::Weight::$kind
+    };
+    ($kind:ident $own:ident) => {
+        $crate::finding::Weight::$own
+    };
+}
+
 /// The enum `Case` of what a crate finds, `Case::KINDS` for the tables of the documents, and `Case::finding`.
 ///
 /// ```ignore
@@ -164,14 +186,16 @@ pub fn value(of: &impl Serialize) -> Value {
 ///     "name-of-the-kind" Warning "when it is found" / "what was done" / "what the user should do":
 ///         // One sentence or more, each with the values that it says.
 ///         OneCase { count: u64 } => "{count} of them";
-///         AnotherCase { part: f64 } => "{:.0} %", 100.0 * part;
+///         // That weighs otherwise than its kind.
+///         AnotherCase { part: f64 } @ Note => "{:.0} %", 100.0 * part;
 /// }
 /// ```
 #[doc(hidden)]
 #[macro_export]
 macro_rules! findings {
     ($($name:literal $weight:ident $meaning:literal / $done:literal / $remedy:literal:
-        $($case:ident $({ $($field:ident: $of:ty),* $(,)? })? => $said:literal $(, $part:expr)*;)+
+        $($case:ident $({ $($field:ident: $of:ty),* $(,)? })? $(@ $own:ident)?
+            => $said:literal $(, $part:expr)*;)+
     )*) => {
         /// What is found.
         #[doc(hidden)]
@@ -185,20 +209,15 @@ macro_rules! findings {
             pub const KINDS: &'static [$crate::finding::Kind] = &[$($crate::finding::Kind {
                 name: $name,
                 weight: $crate::finding::Weight::$weight,
+                of_cases: &[$($crate::own_weight!($weight $($own)?)),+],
                 meaning: $meaning,
                 done: $done,
                 remedy: $remedy,
             },)*];
 
-            fn kind(&self) -> &'static $crate::finding::Kind {
+            fn row(&self) -> (&'static str, $crate::finding::Weight) {
                 match self {
-                    $($(Case::$case { .. } => &$crate::finding::Kind {
-                        name: $name,
-                        weight: $crate::finding::Weight::$weight,
-                        meaning: $meaning,
-                        done: $done,
-                        remedy: $remedy,
-                    },)+)*
+                    $($(Case::$case { .. } => ($name, $crate::own_weight!($weight $($own)?)),)+)*
                 }
             }
 
@@ -211,7 +230,7 @@ macro_rules! findings {
                         $($(values.insert(stringify!($field).to_owned(), $crate::finding::value($field));)*)?
                     })+)*
                 }
-                $crate::finding::Finding::of(self.kind(), &self, values)
+                $crate::finding::Finding::from_case(self.row(), &self, values)
             }
         }
 

@@ -108,7 +108,6 @@ impl Recording {
                 findings.push(repeated);
             }
         }
-        findings.iter_mut().for_each(|f| f.is_of_samples = true);
         if self.format.is_guessed {
             findings.extend(findings::not_an_accelerometer(&self.accel));
         }

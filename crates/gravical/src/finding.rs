@@ -34,7 +34,7 @@ gravical_recording::findings! {
     "covariance-unknown" Note "the calibration has no covariance" / "typical uncertainties are assumed for the band" / "calibrate again from the recordings":
         CovarianceUnknown =>
             "the calibration does not state its covariance: 0.5 % of scale, 0.02 m/s² of bias and 0.6° between the axes are assumed for the band";
-    "gravity-off" Warning "without a calibration: at rest the magnitude differs from gravity" / "the message gives the effect of a scale error" / "calibrate":
+    "gravity-off" Warning "without a calibration: at rest the magnitude differs from gravity; a note up to 2 %" / "the message gives the effect of a scale error" / "calibrate":
         GravityOff { norm_mps2: f64, off_percent: f64, gravity_mps2: f64 } =>
             "at rest the magnitude is {norm_mps2:.2} m/s², {off_percent:+.1} % off gravity ({gravity_mps2:.2}): a bias, which levelling takes off, or an error of scale, by which displacements are then off as well; the band allows for both, a calibration decides";
     "values-replaced" Warning "values in a move stand at the end of the range, or far from all around them" / "they follow what is on both sides; the band holds what they may have been" / "record at a wider range; check the wiring":

@@ -56,7 +56,8 @@
 //! use gravical::calibration_file::Calibration;
 //! use gravical::recording::{ReadOptions, read};
 //! # use gravical::calibrate::{CalibrateOptions, calibrate};
-//! # let folder = tempfile::tempdir()?.keep();
+//! # let temporary = tempfile::tempdir()?;
+//! # let folder = temporary.path();
 //! # let csv = "label,ax,ay,az\n-x,-9.43,-0.27,0.92\n+x,10.20,-0.04,-0.10\n\
 //! #            -y,0.46,-9.99,0.39\n+y,0.29,9.73,0.49\n-z,-0.05,-0.08,-9.54\n+z,0.83,-0.18,10.42\n";
 //! # std::fs::write(folder.join("recording.csv"), csv)?;
@@ -81,9 +82,10 @@
 //! use gravical::motion::{MotionOptions, motion};
 //! use gravical::recording::{ReadOptions, read};
 //! # use gravical::simulate::{LineOptions, Scenario, SimulateOptions, simulate_to};
-//! # let folder = tempfile::tempdir()?.keep();
+//! # let temporary = tempfile::tempdir()?;
+//! # let folder = temporary.path();
 //! # let options = SimulateOptions::new(Scenario::Line(LineOptions::default()));
-//! # simulate_to(&options, &folder, false)?;
+//! # simulate_to(&options, folder, false)?;
 //!
 //! let recording = read(folder.join("line.csv"), &ReadOptions::default())?;
 //! let motion = motion(&recording, None, &MotionOptions::default())?;

@@ -29,6 +29,12 @@ impl Calibration {
         if let Some(c) = &a.covariance {
             c.check("accelerometer.covariance", [12, 18])?;
         }
+        let is_scale = |n: f64| n >= MIN_FACTOR && n < MAX_PARAMETER;
+        let field = "accelerometer.nominal_scale";
+        require(
+            a.nominal_scale.is_none_or(is_scale),
+            Problem::NoSize { field },
+        )?;
         let r = &self.reliability;
         let tilt_deg = r.pose_tilt_deg.map(|tilt| tilt.value);
         let worst_mps2 = r.worst_direction.map(|worst| worst.error_mps2);

@@ -129,12 +129,12 @@ impl Calibration {
             Some(FORMAT) => {}
             Some(other) => {
                 let format = other.to_owned();
-                let problem = if other.starts_with("gravical-calibration/") {
-                    Problem::OtherVersion { format }
+                let error = Problem::OtherFormat { format }.error();
+                return Err(if other.starts_with("gravical-calibration/") {
+                    error.with_hint("calibrate again from the recordings")
                 } else {
-                    Problem::OtherFormat { format }
-                };
-                return Err(problem.error());
+                    error
+                });
             }
             None => return Err(Problem::NoFormat.error()),
         }

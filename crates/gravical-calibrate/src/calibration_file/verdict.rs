@@ -16,11 +16,11 @@ impl Calibration {
     pub fn verdict(&self) -> Verdict {
         if self.poses.is_empty() && self.reliability == Reliability::default() {
             let why = format!(
-                "read from a file of {}, which contains neither its quality nor the gravity it was computed with",
+                "read from a file of {}, which contains no poses and nothing of its quality",
                 self.tool
             );
             return Verdict {
-                grade: Grade::NotVerifiable,
+                grade: self.grade(),
                 reasons: vec![why],
             };
         }

@@ -41,7 +41,7 @@ gravical_recording::findings! {
     "gyro-left-out" Warning "a file with only a gyroscope beside several recordings, or one whose time does not match" / "ignored: it contains no pose" / "with one recording, name its file with `--gyro`":
         GyroOfAnother { recording: String, why: String } =>
             "a gyroscope alone, which does not belong to {recording}: {why}; left out";
-        GyroAlone =>
+        GyroAlone @ Note =>
             "a gyroscope alone, and no pose; left out. With one recording, it can be joined to it";
     "same-file-twice" Warning "two inputs are identical" / "both are used" / "give it once":
         SameFileTwice { file: String } => "it is the same as {file}, byte for byte, and counts twice";
@@ -125,7 +125,7 @@ gravical_recording::findings! {
     "clipped-pose" Gate "clipped samples in a pose" / "used; the mean is too small" / "record with a wider range":
         ClippedPose { pose: String, samples: usize } =>
             "{pose}: {samples} samples at the end of the range; its mean is too small";
-        ClippedInterval { samples: usize, lines: [u64; 2] } =>
+        ClippedInterval { samples: usize, lines: [u64; 2] } @ Warning =>
             "{samples} samples at the end of the range in lines {} to {}: the mean is too small, and the interval does not count unless there is no other", lines[0], lines[1];
     "scale-off" Gate "a scale factor differs by more than 10 % from nominal" / "used" / "the unit or the range is wrong":
         ScaleOff { deviation_percent: [f64; 3], limit_percent: f64 } =>
@@ -161,12 +161,12 @@ gravical_recording::findings! {
             "the samples were averaged: the turns between static intervals cannot be integrated, and the gyroscope gets its bias only";
         GyroRateUnknown =>
             "no time stamps and no rate: the turns between static intervals cannot be integrated, and the gyroscope gets its bias only";
-    "gyro-unit-unverified" Warning "no rotation between static intervals shows the unit of the gyroscope; a note, unless the noise at rest has to distinguish rad/s and °/s because the header has none or is wrong about the accelerometer" / "the unit by the noise, of the calibration or of the header is used, if there is one" / "give `--gyro-unit` if it matters":
-        GyroScaleOpen { what: &'static str } =>
+    "gyro-unit-unverified" Warning "no rotation between static intervals shows the unit of the gyroscope; a warning where the noise at rest has to distinguish rad/s and °/s because the header has none or is wrong about the accelerometer" / "the unit by the noise, of the calibration or of the header is used, if there is one" / "give `--gyro-unit` if it matters":
+        GyroScaleUnread { what: &'static str } @ Note =>
             "the {what} of the gyroscope is unknown: neither the file nor a rotation between static intervals shows it; give it";
-        GyroUnitOfCalibration { unit: GyroUnit } =>
+        GyroUnitOfCalibration { unit: GyroUnit } @ Note =>
             "the gyroscope is read in {unit}, the unit of the calibration: the recording does not name one, and it is not verified by a rotation between static intervals";
-        GyroUnitUnverified { unit: GyroUnit } =>
+        GyroUnitUnverified { unit: GyroUnit } @ Note =>
             "the gyroscope is read in {unit}, not verified by a rotation between static intervals";
         GyroUnitByNoise { unit: GyroUnit, noise: f64 } =>
             "the gyroscope is read in {unit}, the unit in which its noise at rest, {noise:.2e}, is usual: no rotation shows another, and the header has none or is wrong about the accelerometer; give the unit if it is another";

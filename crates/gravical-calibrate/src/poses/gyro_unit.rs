@@ -80,7 +80,7 @@ pub fn judge(
         _ => Some(("range", "gyro_range")),
     };
     findings.extend(unknown.map(|(what, option)| {
-        let unknown = Case::GyroScaleOpen { what }.finding().as_note();
+        let unknown = Case::GyroScaleUnread { what }.finding();
         unknown.advise(option, "").in_file(&recording.name)
     }));
     Some(scale)
@@ -233,9 +233,7 @@ impl Evidence {
                         let mismatch = RecordingCase::GyroUnitOfCalibration { unit, stated };
                         mismatch.finding().advise("gyro_unit", "")
                     }
-                    None => Case::GyroUnitOfCalibration { unit: wanted }
-                        .finding()
-                        .as_note(),
+                    None => Case::GyroUnitOfCalibration { unit: wanted }.finding(),
                 });
             }
             let lsb = claimed.lsb_per_deg_s.unwrap_or(section.mean_per_deg_s());
@@ -256,7 +254,7 @@ impl Evidence {
         }
         if claimed.nominal().is_some() {
             let unit = claimed.unit;
-            tell(Case::GyroUnitUnverified { unit }.finding().as_note());
+            tell(Case::GyroUnitUnverified { unit }.finding());
         }
         Some(claimed)
     }

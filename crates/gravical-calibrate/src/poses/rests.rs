@@ -135,7 +135,7 @@ pub(crate) fn with_slow_ends(
 #[derive(Debug, Clone, Serialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum Restless {
-    Throughout,
+    UnknownUnit,
     Moves { mps2: f64 },
     Turns { deg_per_s: f64 },
     Short,
@@ -144,7 +144,7 @@ pub enum Restless {
 impl fmt::Display for Restless {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
-            Restless::Throughout => f.write_str("no second of it is quiet"),
+            Restless::UnknownUnit => f.write_str("no second of it is quiet"),
             Restless::Moves { mps2 } => write!(
                 f,
                 "where it is quietest each axis moves by {mps2:.1} m/s² rms, at rest by less than 0.3"
@@ -166,7 +166,7 @@ impl fmt::Display for Restless {
 #[doc(hidden)]
 pub fn why_never_static(recording: &Recording) -> Restless {
     if recording.units.accel.nominal().is_none() {
-        return Restless::Throughout;
+        return Restless::UnknownUnit;
     }
     let nominal = NominalSamples::new(recording);
     let max_rms = MAX_VARIANCE.map(|variance| (variance / 3.0).sqrt());

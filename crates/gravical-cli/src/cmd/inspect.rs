@@ -64,9 +64,12 @@ pub fn run(args: &Args) -> anyhow::Result<ExitCode> {
     }
     let (mut found, mut failed, mut is_bad) = (Vec::new(), Vec::new(), false);
     for (path, listed) in &files {
-        let read_one = |path: &Path, how: &ReadOptions| match listed {
-            true => read_listed(path, how),
-            false => read(path, how),
+        let read_one = |path: &Path, how: &ReadOptions| {
+            if *listed {
+                read_listed(path, how)
+            } else {
+                read(path, how)
+            }
         };
         let recording = match read_joined(path, args.gyro.as_deref(), &options, read_one) {
             Ok(recording) => recording,

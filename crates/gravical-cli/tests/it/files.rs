@@ -34,7 +34,7 @@ fn what_reading_lost_is_named_with_the_error() {
     let text: String = text.lines().enumerate().map(torn).collect();
     write(folder.path(), "torn.csv", &text);
     let err = ends(folder.path(), "calibrate torn.csv", 3).err;
-    let said = "in torn.csv: 100 torn-line";
+    let said = "reading torn.csv lost samples: 100 torn-line";
     assert!(err.contains(said), "{err}");
 }
 

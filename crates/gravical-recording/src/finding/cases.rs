@@ -14,7 +14,7 @@ const MAX_NAMED: usize = 12;
 const RAW_DATA: &str = "a calibration needs gravity; use the raw data (phyphox: \"Acceleration (with g)\"; Sensor Logger: TotalAcceleration.csv; Android: TYPE_ACCELEROMETER)";
 
 crate::findings! {
-    "named-gap" Warning "a line `# gap: …`: [the logger](logging.md) reports rows that were lost" / "a break; the clock may restart there" / "nothing for a mean; find the cause":
+    "named-gap" Loss "a line `# gap: …`: [the logger](logging.md) reports rows that were lost" / "a break; the clock may restart there" / "nothing for a mean; find the cause":
         NamedGap { lines: u64, first: String } =>
             "{}: the logger reports missing rows; treated as a break between segments, first: \"{first}\"", many(*lines, "line");
     "blank-rows" Note "empty lines, or lines of delimiters only" / "taken as a break between poses, except a single line across which the clock continues" / "nothing, if a break was meant":
@@ -23,18 +23,18 @@ crate::findings! {
     "repeated-header" Warning "the header once more in the middle" / "skipped; a break unless the clock continues" / "check whether two recordings are in one file":
         RepeatedHeader { lines: u64 } =>
             "{}: the header repeated; kept out of the data, and a break unless the clock continues", many(*lines, "line");
-    "torn-line" Warning "fewer fields than the other rows" / "skipped" / "nothing for a single last line; many indicate a bad connection":
+    "torn-line" Loss "fewer fields than the other rows" / "skipped" / "nothing for a single last line; many indicate a bad connection":
         TornLine { lines: u64, first: String } =>
             "{}: fewer fields than the other rows (half-written); set aside, first: \"{first}\"", many(*lines, "line");
-    "too-many-fields" Warning "more fields than the other rows" / "skipped" / "check whether lines run together; lower the baud rate or the sampling rate":
+    "too-many-fields" Loss "more fields than the other rows" / "skipped" / "check whether lines run together; lower the baud rate or the sampling rate":
         TooManyFields { lines: u64, first: String } =>
             "{}: more fields than the other rows (lines run together?); set aside, first: \"{first}\"", many(*lines, "line");
-    "not-a-number" Warning "a value that is not a number" / "skipped" / "check the line":
+    "not-a-number" Loss "a value that is not a number" / "skipped" / "check the line":
         NotANumber { lines: u64, first: String } =>
             "{}: no number where the rows have numbers; set aside, first: \"{first}\"", many(*lines, "line");
         TextCells { cells: usize, first: String } =>
             "{cells} cells hold text where the rows have numbers; they are empty, first: \"{first}\"";
-    "zero-rows" Warning "the accelerometer reads zero on all axes, together with the gyroscope or in five consecutive rows" / "left out: the sensor was not read; empty cells where the gyroscope was" / "check the wiring":
+    "zero-rows" Loss "the accelerometer reads zero on all axes, together with the gyroscope or in five consecutive rows" / "left out: the sensor was not read; empty cells where the gyroscope was" / "check the wiring":
         ZeroRows { lines: u64 } => "{}: all channels zero: the sensor was not read; set aside", many(*lines, "line");
         ZeroAccel { rows: usize } =>
             "the accelerometer reads zero on all axes in {rows} rows: it was not read; treated as empty";
@@ -43,7 +43,7 @@ crate::findings! {
             "{}: all channels repeat for longer than noise allows: the sensor or its bus hung; set aside like a gap", many(*lines, "line");
     "nul-bytes" Warning "NUL bytes in lines" / "removed" / "the file may be damaged; close it before unplugging the board":
         NulBytes { lines: u64 } => "NUL bytes in {lines} lines; removed";
-    "truncated-file" Warning "a truncated gzip file" / "the part that can be unpacked is used" / "copy the file again":
+    "truncated-file" Loss "a truncated gzip file" / "the part that can be unpacked is used" / "copy the file again":
         TruncatedFile { rows: usize } =>
             "the packed file is damaged or ends in the middle; {rows} rows could be unpacked";
     "corrupt-block" Warning "blocks of a [file of a wearable](wearables.md) with a wrong checksum, an unknown coding, no date, or cut off at the end; or not later than the one before: repeated or out of order" / "skipped; a break where they are damaged" / "copy the file from the device again; if that does not help, its memory is worn or it lost power":
@@ -118,7 +118,7 @@ crate::findings! {
     "gap" Warning "more than four consecutive samples are missing" / "counted; the message gives the longest" / "nothing for a mean":
         Gap { gaps: usize, longest_s: f64 } =>
             "{} of more than four samples, the longest {longest_s:.3} s", many(*gaps as u64, "gap");
-    "missing-samples" Warning "more than 0.1 % of the samples are missing" / "counted" / "lower the rate, or raise the baud rate":
+    "missing-samples" Loss "more than 0.1 % of the samples are missing" / "counted" / "lower the rate, or raise the baud rate":
         MissingSamples { samples: f64, percent: f64 } =>
             "{samples:.0} samples ({percent:.1} %) are missing between the time stamps";
     "rate-mismatch" Warning "the stated sampling rate differs by more than 2 % from the time stamps" / "the time stamps are used" / "correct the stated rate":
@@ -164,13 +164,13 @@ crate::findings! {
     "clipped" Warning "values at the end of the range: counts from 32764; in physical units repeats of the largest value at a usual full scale, or at `--gyro-range`" / "used anyway" / "record with a wider range":
         Clipped { channel: String, rows: u64 } =>
             "{channel} reaches the end of its range in {rows} rows: the true value is larger; record at a wider range";
-    "frozen-axis" Warning "an axis keeps one value for 100 rows while another axis of the sensor varies by more than its last digit (coarse digits at rest are not reported)" / "used anyway" / "check wiring and code; the axis may be defective":
+    "frozen-axis" Loss "an axis keeps one value for 100 rows while another axis of the sensor varies by more than its last digit (coarse digits at rest are not reported)" / "used anyway" / "check wiring and code; the axis may be defective":
         FrozenAxis { channel: String, rows: usize } =>
             "{channel} keeps exactly one value for {rows} rows while the other axes change";
     "repeated-rows" Warning "throughout the recording rows repeat the row before in every channel (repeats at rest due to coarse digits are not reported)" / "used anyway" / "read no faster than the sensor measures":
         RepeatedRows { rows: u64, percent: f64 } =>
             "{rows} rows ({percent:.0} %) repeat the row before in every channel: the sensor was read faster than it measures";
-    "empty-cells" Warning "cells without a value, counts of -32768 alone between ordinary ones, and temperatures that no sensor can have (below −60 or above 150 °C)" / "left empty and not part of means; if each channel is written when it arrives, the last value is held; `noise` leaves a channel out where hardly two samples follow each other" / "nothing, or record whole rows":
+    "empty-cells" Loss "cells without a value, counts of -32768 alone between ordinary ones, and temperatures that no sensor can have (below −60 or above 150 °C)" / "left empty and not part of means; if each channel is written when it arrives, the last value is held; `noise` leaves a channel out where hardly two samples follow each other" / "nothing, or record whole rows":
         EmptyCells { cells: EmptyCells } => "{cells}; they stay empty";
         HeldCells { cells: EmptyCells } =>
             "{cells}; each channel is written when it arrives: its last value is held, that of the gyroscope for a few rows";

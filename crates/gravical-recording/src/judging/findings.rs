@@ -138,9 +138,7 @@ pub(crate) fn of_lines(ledger: &Ledger, nul_lines: &LineSpans, blanks: bool) -> 
             Reason::LateBlock => Case::LateBlock { blocks, first },
             _ => continue,
         };
-        let mut finding = case.finding().at_lines(&aside.lines);
-        finding.is_of_samples = *reason == Reason::Hung;
-        findings.push(finding);
+        findings.push(case.finding().at_lines(&aside.lines));
     }
     if !nul_lines.is_empty() {
         let lines = nul_lines.count();

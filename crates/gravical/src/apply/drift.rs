@@ -53,9 +53,9 @@ impl Drift {
         let mut temperatures = recording.temperature_c.iter().flatten();
         let Some(first_c) = temperatures.find(|t| t.is_finite()) else {
             let why = if recording.units.has_unknown_temperature {
-                NoTemperature::InCelsius
+                NoTemperature::NotCelsius
             } else {
-                NoTemperature::Recorded
+                NoTemperature::NotRecorded
             };
             findings.push(not_applied(model, why));
             return None;

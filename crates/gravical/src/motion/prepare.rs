@@ -65,7 +65,7 @@ pub(super) fn prepare(
     let drift = file.and_then(Calibration::drift_model);
     let temperatures = recording.temperature_c.iter().flatten();
     if let (Some(model), false) = (drift, temperatures.copied().any(f64::is_finite)) {
-        findings.push(not_applied(model, NoTemperature::Recorded));
+        findings.push(not_applied(model, NoTemperature::NotRecorded));
     }
 
     let time_s = times(recording)?;

@@ -62,6 +62,7 @@ const REFUSED: &str = "\
 /accelerometer/matrix | [[0, 0, 0], [0, 0, 0], [0, 0, 0]] | accelerometer.matrix
 /accelerometer/matrix | [[1, 2, 3], [4, 5, 6], [7, 8, 9]] | accelerometer.matrix
 /accelerometer/bias/1 | 1e300 | accelerometer.bias
+/accelerometer/nominal_scale | 0 | accelerometer.nominal_scale
 /reliability/predicted_mps2 | -1 | reliability.predicted_mps2
 /poses/0/left_out_sd_mps2 | -1 | poses.left_out_sd_mps2
 /accelerometer/covariance/parameters/0 | \"bias_z\" | accelerometer.covariance.parameters

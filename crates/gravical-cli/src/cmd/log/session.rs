@@ -177,7 +177,7 @@ impl Session {
         {
             status.observe(&recording);
             for finding in recording.findings {
-                if finding.is_of_samples && self.found.insert(finding.kind.clone()) {
+                if finding.is_of_samples() && self.found.insert(finding.kind.clone()) {
                     recorder.say(Event::Finding(finding));
                 }
             }
