@@ -187,6 +187,7 @@ pub fn segment(recordings: &[Recording], options: &SegmentOptions) -> Result<Seg
     } = measure_intervals(recordings, intervals, &options.axes, &mut findings);
     leave_out_empty(&mut poses, &mut findings);
     findings.extend(named::check_names(&poses));
+    findings.extend(unused.iter().cloned());
     Ok(Segmentation {
         poses,
         turns,
@@ -198,7 +199,7 @@ pub fn segment(recordings: &[Recording], options: &SegmentOptions) -> Result<Seg
 }
 
 /// The poses of a session: named by sections or labels, which may name turns as well, or found. What is odd
-/// goes to `findings`, with what of it is `unused`.
+/// goes to `findings`, what is no pose to `unused`.
 pub(crate) fn cut_recordings(
     recordings: &[Recording],
     options: &SegmentOptions,

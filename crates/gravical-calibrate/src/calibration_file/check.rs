@@ -29,7 +29,7 @@ impl Calibration {
         if let Some(c) = &a.covariance {
             c.check("accelerometer.covariance", [12, 18])?;
         }
-        let is_scale = |n: f64| n >= MIN_FACTOR && n < MAX_PARAMETER;
+        let is_scale = |n: f64| (MIN_FACTOR..MAX_PARAMETER).contains(&n);
         let field = "accelerometer.nominal_scale";
         require(
             a.nominal_scale.is_none_or(is_scale),

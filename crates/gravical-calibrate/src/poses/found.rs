@@ -64,9 +64,7 @@ pub(super) fn in_recording(
                 poses: directions(recording, &rests, None).len(),
             },
             _ => {
-                let pauses = unused_pauses(recording, &nominal, &rests);
-                unused.extend(pauses.clone());
-                findings.extend(pauses);
+                unused.extend(unused_pauses(recording, &nominal, &rests));
                 return Ok(intervals_of(index, rests, None));
             }
         };
@@ -83,9 +81,7 @@ pub(super) fn in_recording(
     });
     let poses_of_name = 1 + usize::from(matches!(claimed, Some(Claim::Axis(_))));
     if directions(recording, &rests, claimed).len() > poses_of_name * segments.len() {
-        let pauses = unused_pauses(recording, &nominal, &rests);
-        unused.extend(pauses.clone());
-        findings.extend(pauses);
+        unused.extend(unused_pauses(recording, &nominal, &rests));
         return Ok(intervals_of(index, rests, Some(&stem)));
     }
     let quiet = LazyCell::new(|| quiet_in(&nominal));
@@ -107,10 +103,10 @@ pub(super) fn in_recording(
                 Some((rows, steady)) => {
                     spans.push(rows);
                     is_found = steady;
+                    findings.push(finding);
                 }
-                None => unused.push(finding.clone()),
+                None => unused.push(finding),
             }
-            findings.push(finding);
         }
         intervals.extend(spans.into_iter().map(|rows| Interval {
             label: label.clone(),
