@@ -2,7 +2,7 @@
 //! Ferraris, the calibration of a sample of both sensors, and filters.
 #![no_std]
 
-use gravical_core::calibration::{Calibration, GyroscopeCalibration};
+use gravical_core::calibration::{LinearCalibration, GyroscopeCalibration};
 use gravical_core::filter::biquad::{Biquad, settle, update};
 use gravical_core::filter::butterworth::{Pass, design};
 use gravical_core::six_position::{SixPositionMeans, ferraris_accelerometer};
@@ -29,7 +29,7 @@ fn means(values: &Means) -> SixPositionMeans<f32> {
 pub extern "C" fn probe_accelerometer(
     readings: &Means,
     latitude_deg: f32,
-    out: &mut Calibration<f32>,
+    out: &mut LinearCalibration<f32>,
 ) -> i32 {
     let gravity = local_gravity_mps2(latitude_deg, 0.0);
     let Ok(parameters) = ferraris_accelerometer(&means(readings), gravity) else {
@@ -45,7 +45,7 @@ pub extern "C" fn probe_accelerometer(
 /// Calibrates one sample of each sensor in place.
 #[unsafe(no_mangle)]
 pub extern "C" fn probe_apply(
-    accelerometer: &Calibration<f32>,
+    accelerometer: &LinearCalibration<f32>,
     gyroscope: &GyroscopeCalibration<f32>,
     accel: &mut [f32; 3],
     gyro: &mut [f32; 3],
@@ -58,7 +58,7 @@ pub extern "C" fn probe_apply(
 /// instructions of.
 #[unsafe(no_mangle)]
 pub extern "C" fn probe_apply_counts(
-    accelerometer: &Calibration<f32>,
+    accelerometer: &LinearCalibration<f32>,
     counts: &[i16; 3],
     out: &mut [f32; 3],
 ) {
