@@ -2,7 +2,7 @@
 //! Ferraris, the calibration of a sample of both sensors, and filters.
 #![no_std]
 
-use gravical_core::calibration::{LinearCalibration, GyroscopeCalibration};
+use gravical_core::calibration::{GyroscopeCalibration, LinearCalibration};
 use gravical_core::filter::biquad::{Biquad, settle, update};
 use gravical_core::filter::butterworth::{Pass, design};
 use gravical_core::six_position::{SixPositionMeans, ferraris_accelerometer};
