@@ -209,8 +209,7 @@ pub fn calibrate(recordings: &[Recording], options: &CalibrateOptions) -> Result
     let mut findings: Vec<Finding> = read.chain(&segmentation.findings).cloned().collect();
     findings.extend(checks::inputs(recordings));
     findings.extend(checks::names(&options.segment.axes, placements));
-    let offset = session.zero_offset();
-    findings.extend(checks::accelerometer(&file, &estimate, placements, offset));
+    findings.extend(checks::accelerometer(&file, &estimate, &session));
     findings.extend(options.gravity.finding());
     findings.extend(gyroscope.findings);
     findings.sort_by_key(|f| std::cmp::Reverse(f.severity == Severity::Warning));

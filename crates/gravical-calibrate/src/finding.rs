@@ -4,7 +4,7 @@ mod cases;
 
 use crate::Error;
 
-pub use cases::{Case, LeftOut};
+pub use cases::{Case, LeftOut, OrderOf};
 pub use gravical_recording::finding::{Case as RecordingCase, GyroMismatch, Kind, Weight};
 pub use gravical_recording::{Advice, Finding, LineSpans, Severity, format_spans};
 

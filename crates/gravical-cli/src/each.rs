@@ -421,7 +421,7 @@ fn cell(text: &str) -> String {
     format!("{}{text}", if is_formula { "'" } else { "" })
 }
 
-/// `50 sessions: 19 good, 27 not verifiable, 4 failed`.
+/// `50 sessions: 19 good, 27 not-verifiable, 4 failed`.
 fn tally(rows: &BTreeMap<usize, Outcome>) -> String {
     let mut counts: BTreeMap<&str, usize> = BTreeMap::new();
     for row in rows.values() {

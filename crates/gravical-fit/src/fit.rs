@@ -233,6 +233,7 @@ pub(crate) fn prepare(poses: &[Pose], options: &Options) -> Option<Search> {
             bend: USUAL_BEND.0,
             prior: options.prior && nominal.is_some(),
             drift: options.drift,
+            drift_sd: f64::INFINITY,
         },
         typical_bend: USUAL_BEND.0,
         tilt: options.tilt,

@@ -38,6 +38,7 @@ pub use gyro::{
     Motion, MotionFit, Sample, StaticInterval, gyro,
 };
 pub use pose::{Face, Hint, Pose, angle_deg};
+pub use search::{Explained, Explanation};
 pub use sensor::{
     Claim, Deviations, Gravity, Sensor, WorstDirection, covariance_by_gravity, deviations,
 };

@@ -44,8 +44,10 @@ pub(crate) struct Hyperparameters {
     pub bend: f64,
     /// The data sheet counts.
     pub prior: bool,
-    /// The bias drifts with temperature.
+    /// The bias drifts with temperature, or moved.
     pub drift: bool,
+    /// Standard deviation of that before any pose, m/s² for a `warmer_c` of 1; infinite if nothing is known.
+    pub drift_sd: f64,
 }
 
 impl Hyperparameters {
@@ -288,6 +290,15 @@ impl Linear {
                 normal.log_determinant += 2.0 * held.bend.ln();
             }
         }
+        if held.drift && held.drift_sd.is_finite() {
+            let weight = held.drift_sd.powi(-2);
+            for i in DRIFT..BENDS {
+                normal.matrix[(i, i)] += weight;
+                normal.gradient[i] += weight * self.x[i];
+                normal.cost += weight * self.x[i].powi(2);
+                normal.log_determinant += 2.0 * held.drift_sd.ln();
+            }
+        }
         let is_fitted = |i: &usize| *i < BENDS || held.bend > 0.0;
         let fitted: Vec<usize> = self.free.iter().copied().filter(is_fitted).collect();
         // Columns of length one: units differ.
@@ -362,6 +373,9 @@ impl Linear {
         }
         if held.bend > 0.0 {
             sum += x.fixed_rows::<6>(BENDS).norm_squared() / held.bend.powi(2);
+        }
+        if held.drift {
+            sum += x.fixed_rows::<3>(DRIFT).norm_squared() / held.drift_sd.powi(2);
         }
         sum.is_finite().then_some(sum)
     }

@@ -1,6 +1,7 @@
 //! Finds the parameters, and with them what poses cannot be fitted without: roles, tilt, model error,
 //! bends, and the poses that do not fit.
 
+mod explanations;
 mod misfits;
 mod roles;
 mod state;
@@ -14,6 +15,7 @@ use crate::model::{
 use crate::pose::Face;
 use state::MAX_ROUNDS;
 
+pub use explanations::{Explained, Explanation};
 pub(crate) use misfits::{MAX_SESSION, USUAL_CHI2, USUAL_FREEDOM};
 pub(crate) use roles::assign_first_roles;
 pub(crate) use state::{Found, Search};

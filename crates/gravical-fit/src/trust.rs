@@ -12,7 +12,7 @@ use crate::model::{
     sphere,
 };
 use crate::rows::{Hyperparameters, Placed, Row, force};
-use crate::search::{USUAL_CHI2, USUAL_FREEDOM};
+use crate::search::{Explained, MAX_SESSION, USUAL_CHI2, USUAL_FREEDOM};
 use crate::sensor::{Sensor, WorstDirection};
 
 /// A pose and all within this angle of it are left out together, rad.
@@ -40,6 +40,8 @@ pub struct Trust {
     pub predicted_mps2: f64,
     /// … where it is largest.
     pub worst: WorstDirection,
+    /// What explains that poses contradict each other, where it is not noise; the errors above hold whichever it is.
+    pub explanations: Vec<Explained>,
     /// Error of each pose by a fit without it.
     pub left_out: Vec<Option<LeftOut>>,
     /// The error of one pose that does most harm unseen; none without poses.
@@ -71,7 +73,7 @@ impl fmt::Display for Grade {
         f.write_str(match self {
             Grade::Good => "good",
             Grade::Fair => "fair",
-            Grade::NotVerifiable => "not verifiable",
+            Grade::NotVerifiable => "not-verifiable",
             Grade::Poor => "poor",
         })
     }
@@ -141,19 +143,36 @@ struct State {
 }
 
 impl Fit {
-    /// All of it.
-    pub fn trust(&self) -> Trust {
+    /// All of it; `order` has the numbers of the poses in the order of time: without it the bias is not taken to move.
+    pub fn trust(&self, order: Option<&[usize]>) -> Trust {
+        let explanations = self.explanations(order);
+        let differences = explanations.iter().map(|e| e.difference_mps2);
+        let difference_mps2 = differences.fold(0.0, f64::max);
+        let mut worst = self.weakest();
+        worst.error_mps2 += difference_mps2;
         let left_out = self.left_out();
         // Without a pose that can be left out the data sheet alone would show an error.
         let is_tested = left_out.iter().any(Option::is_some);
         Trust {
             predicted_mps2: self.working_sensor.predicted_mps2(),
-            worst: self.weakest(),
+            worst,
+            explanations,
             left_out,
             undetected: self.undetected().filter(|_| is_tested),
             next: self.next(PROPOSED),
             budget: self.budget(),
         }
+    }
+
+    /// What explains the session, where noise alone does not.
+    fn explanations(&self, order: Option<&[usize]>) -> Vec<Explained> {
+        let noise = self.quality.chi2_per_freedom.unwrap_or(0.0);
+        let is_many = self.search.poses.len() > MAX_SESSION;
+        let is_bad = self.search.poses.iter().any(|pose| pose.bad.is_some());
+        if is_many || (noise < PLAIN_CHI2 && !is_bad) {
+            return Vec::new();
+        }
+        self.search.explanations(&self.linear.x, order)
     }
 
     /// The sensor with another covariance, working units.
@@ -376,6 +395,8 @@ impl Fit {
     }
 }
 
+/// χ² per degree of freedom, by noise alone, below which a session needs no explanation.
+const PLAIN_CHI2: f64 = 1.5;
 /// Normal quantile of a power of 90 %.
 const POWER_90: f64 = 1.281_551_565_544_6;
 /// A proposed pose has to be so far from all others, rad: what a guided session calls another.

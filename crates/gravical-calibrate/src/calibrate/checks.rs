@@ -1,16 +1,17 @@
 //! Checks that can show a calibration wrong.
 
 use gravical_core::matrix3::unit;
-use gravical_fit::{Fit, FittedPose};
+use gravical_fit::{Explained, Explanation, Fit, FittedPose};
 
-use crate::calibration_file::{Calibration, Method, PoseKind, PoseResult, TiltSource};
-use crate::finding::{Case, Finding};
+use crate::calibration_file::{Calibration, Method, PoseKind, PoseResult, Reliability, TiltSource};
+use crate::finding::{Case, Finding, OrderOf};
 use crate::poses::Pose;
 use crate::poses::face::{AxisMap, Claim, Face};
 use crate::poses::rests::MANY_POSES;
 use crate::recording::{Recording, already_calibrated};
 
 use super::estimate::{Estimate, UNUSUAL_TILT};
+use super::session::Session;
 
 /// Scale further from nominal than this is wrong rather than inaccurate, %.
 /// The data sheet allows 3 %, a second range is 100 % away.
@@ -27,20 +28,20 @@ const OBLIQUE_GATE: f64 = 3.0;
 /// the model has no word for.
 const MODEL_ERROR_NOTE: f64 = 0.02;
 
-/// Checks of the accelerometer's parameters and placements; `offset` is the zero
-/// offset in its bias.
+/// Checks of the accelerometer's parameters and placements.
 pub(super) fn accelerometer(
     file: &Calibration,
     estimate: &Estimate,
-    placements: &[Pose],
-    offset: f64,
+    session: &Session<'_>,
 ) -> Vec<Finding> {
     let (section, reliability) = (&file.accelerometer, &file.reliability);
+    let (placements, offset) = (&session.segmentation.poses, session.zero_offset());
     // What is wrong with the session comes before what is wrong with the result.
     let mut findings = of_poses(&file.poses, &estimate.poses, placements);
     findings.extend(orientations(&file.poses));
     if let Some((fit, _)) = &estimate.fit {
         findings.extend(of_fit(estimate, fit, placements));
+        findings.extend(explanations(&file.poses, reliability, session.order().1));
     }
     let is_beyond = |values: [f64; 3], limit: f64| values.iter().any(|v| v.abs() > limit);
     let deviation_percent = section.scale_deviation_percent().unwrap_or_default();
@@ -154,6 +155,41 @@ fn of_fit(estimate: &Estimate, fit: &Fit, placements: &[Pose]) -> Vec<Finding> {
         findings.push(Case::OrientationOpen.finding());
     }
     findings
+}
+
+/// What else than noise, and than a bad pose that is told by itself, explains the session.
+fn explanations(
+    poses: &[PoseResult],
+    reliability: &Reliability,
+    order: OrderOf,
+) -> Option<Finding> {
+    let all = &reliability.explanations;
+    let is_told = |e: &Explained| match e.explanation {
+        Explanation::Nothing => true,
+        Explanation::BadPose(k) => !poses[k].fitted,
+        Explanation::Step(_) | Explanation::Drift => false,
+    };
+    if let [] | [_] = &all[..]
+        && all.iter().all(is_told)
+    {
+        return None;
+    }
+    let word = |e: &Explained| {
+        let what = match e.explanation {
+            Explanation::Nothing => "a nonlinear response".to_owned(),
+            Explanation::BadPose(k) => format!("{} is off", poses[k].called()),
+            Explanation::Step(k) => format!("the bias moved before {}", poses[k].called()),
+            Explanation::Drift => "the bias drifted".to_owned(),
+        };
+        (what, e.probability)
+    };
+    let differences = all.iter().map(|e| e.difference_mps2);
+    let several = Case::SeveralExplanations {
+        explanations: all.iter().map(word).collect(),
+        order,
+        difference_mps2: differences.fold(0.0, f64::max),
+    };
+    Some(several.finding())
 }
 
 /// The faces that none of some poses has up.

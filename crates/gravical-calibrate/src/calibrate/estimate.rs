@@ -267,7 +267,8 @@ fn by_fit(
         value: fit.tilt().to_degrees(),
         source,
     });
-    let (trust, calibration) = (fit.trust(), LinearCalibration { matrix, bias });
+    let trust = fit.trust(Some(&session.order().0));
+    let calibration = LinearCalibration { matrix, bias };
     let left_out_rms = trust.left_out_rms();
     let accelerometer = Accelerometer {
         covariance: Some(Covariance::new(fit.covariance())),
@@ -277,6 +278,7 @@ fn by_fit(
     let reliability = Reliability {
         predicted_mps2: Some(trust.predicted_mps2),
         worst_direction: Some(trust.worst).filter(|w| w.error_mps2.is_finite()),
+        explanations: trust.explanations.clone(),
         left_out_rms_mps2: left_out_rms,
         undetected: trust.undetected.filter(|u| u.effect_mps2.is_finite()),
         pose_tilt_deg: tilt,

@@ -1,12 +1,15 @@
 //! A session as the estimators see it, and what makes it impossible to estimate: recordings of different
 //! sensors, and poses that leave parameters open.
 
+use std::cmp::Ordering;
+
 use gravical_core::matrix3::{norm, sub};
 use gravical_fit::later::compare;
 use gravical_fit::model::{BIAS, DRIFT};
 use gravical_fit::{Options, Sensor, Undetermined, centre, fit};
 
 use crate::calibrate::CalibrateOptions;
+use crate::finding::OrderOf;
 use crate::poses::face::{AxisMap, Face, axes_where};
 use crate::poses::{Pose, Segmentation, advise_rate};
 use crate::problem::Problem;
@@ -33,6 +36,28 @@ impl Session<'_> {
     /// What is taken off the readings of the accelerometer, input unit.
     pub fn zero_offset(&self) -> f64 {
         self.recordings.first().map_or(0.0, |r| r.units.zero_offset)
+    }
+
+    /// Numbers of the poses in the order of time, and where that is from: lines of one recording, the stamps of several,
+    /// else the order of their names.
+    pub fn order(&self) -> (Vec<usize>, OrderOf) {
+        let of = |name: &str| self.recordings.iter().position(|r| r.name == name);
+        let stamps = self.recordings.iter().map(Recording::start_unix_s);
+        let stamps: Option<Vec<f64>> = stamps.collect();
+        let order_of = match (self.recordings.len(), &stamps) {
+            (..=1, _) => OrderOf::Lines,
+            (_, Some(_)) => OrderOf::Stamps,
+            _ => OrderOf::Names,
+        };
+        let place = |k: &usize| {
+            let pose = &self.segmentation.poses[*k];
+            let file = of(&pose.source).unwrap_or(usize::MAX);
+            let start_s = stamps.as_ref().and_then(|s| s.get(file).copied());
+            (start_s.unwrap_or(0.0), file, pose.lines)
+        };
+        let mut order: Vec<usize> = (0..self.segmentation.poses.len()).collect();
+        order.sort_by(|a, b| place(a).partial_cmp(&place(b)).unwrap_or(Ordering::Equal));
+        (order, order_of)
     }
 
     pub fn nominal(&self) -> Option<f64> {

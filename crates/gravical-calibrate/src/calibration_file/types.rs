@@ -1,6 +1,6 @@
 //! Fields of a calibration file.
 
-use gravical_fit::{FitQuality, Grade, NextPose, Undetected, WorstDirection};
+use gravical_fit::{Explained, FitQuality, Grade, NextPose, Undetected, WorstDirection};
 use serde::{Deserialize, Serialize};
 
 use super::input::InputFile;
@@ -159,6 +159,9 @@ pub struct Reliability {
     pub predicted_mps2: Option<f64>,
     /// The direction in which ‖a‖ is least certain.
     pub worst_direction: Option<WorstDirection>,
+    /// What explains that the poses contradict each other, where noise does not, the likeliest first. The error in the
+    /// worst direction holds whichever it is.
+    pub explanations: Vec<Explained>,
     /// Error of ‖a‖ at poses left out of the fit, m/s² rms; null if the remaining poses do not
     /// determine the parameters.
     pub left_out_rms_mps2: Option<f64>,

@@ -93,6 +93,10 @@ gravical_recording::findings! {
     "bad-pose" Warning "the magnitude at one pose contradicts all others significantly" / "not used in the fit; the table shows its readings" / "check whether the sensor moved; record the pose again":
         BadPose { pose: String, error_mps2: f64, chance: f64 } =>
             "{pose}: reads {:+.1} mg off the magnitude that all others agree on (chance {chance:.0e}); left out. Was it moving?", milli_g(*error_mps2);
+    "several-explanations" Warning "the poses contradict each other by more than noise, and other explanations fit than one bad pose: the bias moved once or steadily, another pose is off, a nonlinear response" / "the error that is claimed holds whichever it is" / "warm the sensor up, and record the session again without a break; or record more free poses":
+        SeveralExplanations { explanations: Vec<(String, f64)>, order: OrderOf, difference_mps2: f64 } =>
+            "the poses contradict each other, and this would explain it: {}; {order}. The results differ by up to {:.1} mg, which is in the error that is claimed",
+            list(explanations, |(what, p)| format!("{what} ({:.0} %)", (100.0 * p).clamp(1.0, 99.0))), milli_g(*difference_mps2);
     "no-face" Warning "a pose is named after a face but tilted so far that an intended free pose is more likely" / "used as a free pose: only its magnitude is used" / "record it again, or give `--face-pose NAME`":
         NoFace { pose: String, angle_deg: f64 } =>
             "{pose} is named a face but lies {angle_deg:.1}° off it, much further than the others: taken as a free pose, unless it is given as a face";
@@ -258,5 +262,29 @@ fn duration(samples: usize, rate_hz: Option<f64>) -> String {
     match rate_hz {
         Some(rate_hz) => format!("{:.1} s", samples as f64 / rate_hz),
         None => count(samples, "row"),
+    }
+}
+
+/// What the order of poses in time is taken from.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum OrderOf {
+    /// Lines of one recording.
+    Lines,
+    /// Time stamps of several.
+    Stamps,
+    /// Names of the files.
+    Names,
+}
+
+impl fmt::Display for OrderOf {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(match self {
+            OrderOf::Lines => "before and after are by the lines of the recording",
+            OrderOf::Stamps => "before and after are by the time stamps",
+            OrderOf::Names => {
+                "before and after are by the names of the files, which may not be the order in time"
+            }
+        })
     }
 }

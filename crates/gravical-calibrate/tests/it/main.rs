@@ -9,6 +9,7 @@ mod sampled;
 
 mod compare_check;
 mod later;
+mod moved;
 mod pauses;
 mod properties;
 #[path = "../../../../tests/support/library.rs"]

@@ -45,7 +45,7 @@ proptest! {
             prop_assert!(found.model().iter().flatten().all(|v| v.is_finite()));
             prop_assert!(found.bias().iter().all(|v| v.is_finite()));
             prop_assert!(found.covariance().iter().flatten().all(|v| v.is_finite()));
-            let _ = found.trust().grade();
+            let _ = found.trust(None).grade();
         }
     }
 }

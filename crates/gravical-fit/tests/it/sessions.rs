@@ -82,16 +82,24 @@ pub const PLANS: [Plan; 12] = [
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Disturbance {
     Nothing,
+    /// Poses off by 20 mg.
     OnePose,
-    Drift,
+    TwoPoses,
+    /// The bias moves by so many mg, steadily from the first pose to the last, or once between two of them.
+    Drift(f64),
+    Jump(f64),
     Cubic(f64),
     Quadratic(f64),
 }
 
-pub const DISTURBANCES: [Disturbance; 9] = [
+pub const DISTURBANCES: [Disturbance; 13] = [
     Disturbance::Nothing,
     Disturbance::OnePose,
-    Disturbance::Drift,
+    Disturbance::TwoPoses,
+    Disturbance::Drift(10.0),
+    Disturbance::Drift(20.0),
+    Disturbance::Jump(10.0),
+    Disturbance::Jump(20.0),
     Disturbance::Cubic(0.003),
     Disturbance::Cubic(0.005),
     Disturbance::Cubic(0.008),
@@ -191,7 +199,7 @@ impl Session {
         }
     }
 
-    /// Fit, and the largest error of ‖a‖ over the sphere.
+    /// Fit, and the largest error of ‖a‖ over the sphere, against the mean bias of the session.
     pub fn run(&mut self, plan: Plan, disturbance: Disturbance) -> Option<(Fit, f64)> {
         match disturbance {
             Disturbance::Cubic(c) => self.sensor.cubic = c,
@@ -208,19 +216,23 @@ impl Session {
                 directions.extend(next.into_iter().map(|n| self.by_hand(n)));
             }
         }
-        let hit = self.rng.random_range(0..directions.len());
-        let way = direction(&mut self.rng);
         let count = directions.len();
-        let pose = |(k, n): (usize, &V)| {
-            let more = match disturbance {
-                Disturbance::OnePose if k == hit => way * 20.0 * MG,
-                Disturbance::Drift => way * 20.0 * MG * (k as f64 / (count - 1) as f64 - 0.5),
-                _ => V::zeros(),
-            };
-            self.pose(n, more)
+        let (hit, way) = (self.rng.random_range(0..count), direction(&mut self.rng));
+        let (next, other) = (self.rng.random_range(1..count), direction(&mut self.rng));
+        let more = |k: usize| match disturbance {
+            Disturbance::OnePose | Disturbance::TwoPoses if k == hit => way * 20.0 * MG,
+            Disturbance::TwoPoses if k == (hit + next) % count => other * 20.0 * MG,
+            Disturbance::Drift(mg) => way * mg * MG * (k as f64 / (count - 1) as f64),
+            Disturbance::Jump(mg) if k >= next => way * mg * MG,
+            _ => V::zeros(),
         };
-        let poses: Vec<Pose> = directions.iter().enumerate().map(pose).collect();
+        let more: Vec<V> = (0..count).map(more).collect();
+        let both = directions.iter().zip(&more);
+        let poses: Vec<Pose> = both.map(|(n, more)| self.pose(n, *more)).collect();
         let found = fit(&poses, &self.options).ok()?;
+        if matches!(disturbance, Disturbance::Drift(_) | Disturbance::Jump(_)) {
+            self.sensor.b += more.iter().sum::<V>() / count as f64;
+        }
         let worst = errors(&found, &self.sensor)?.0;
         Some((found, worst))
     }

@@ -2,7 +2,7 @@
 //! `examples/study`, whose tables are in docs/accuracy.md.
 
 use gravical_core::six_position::{SixPositionMeans, ferraris_accelerometer};
-use gravical_fit::{Face, Grade, Hint, Options, Pose, fit};
+use gravical_fit::{Explained, Explanation, Face, Grade, Hint, Options, Pose, fit};
 use nalgebra::Vector3;
 
 use crate::sessions::{Disturbance, G, MG, Plan, Session, errors, parameter_errors};
@@ -46,6 +46,7 @@ sampled! {
     good_needs_readings_that_could_have_contradicted(3, 10);
     a_pose_that_was_lengthened_is_left_out_and_no_good_one(8, 40);
     faces_need_not_be_told(15, 60);
+    a_bias_that_moves_fools_nobody(6, 40);
 }
 
 /// At least this share of `of`.
@@ -105,7 +106,7 @@ fn a_nonlinear_response_is_claimed(sensors: u64) {
         let (mut holds, mut wrong) = (0, 0);
         for seed in 0..sensors {
             let (found, largest) = Session::new(seed).run(plan, disturbance).unwrap();
-            let trust = found.trust();
+            let trust = found.trust(None);
             holds += usize::from(largest <= trust.worst.error_mps2);
             wrong += usize::from(trust.grade() == Grade::Good && largest > 5.0 * MG);
         }
@@ -126,7 +127,7 @@ fn good_needs_readings_that_could_have_contradicted(sensors: u64) {
     ] {
         let is_good = |seed: &u64| {
             let (found, _) = Session::new(*seed).run(plan, Disturbance::Nothing).unwrap();
-            found.trust().grade() == Grade::Good
+            found.trust(None).grade() == Grade::Good
         };
         let found = (0..sensors).filter(is_good).count();
         let holds = if good {
@@ -155,6 +156,32 @@ fn a_pose_that_was_lengthened_is_left_out_and_no_good_one(sensors: u64) {
         found_bad += bad.len();
     }
     assert!(is_share(found_bad, 0.95, sensors), "{found_bad}");
+}
+
+/// Six faces and six poses: a sound one explains a jump as well, and the eleven others then agree.
+fn a_bias_that_moves_fools_nobody(sensors: u64) {
+    for disturbance in [Disturbance::Jump(20.0), Disturbance::Drift(20.0)] {
+        let (mut named, mut wrong) = (0, 0);
+        for seed in 0..sensors {
+            let (found, largest) = Session::new(seed)
+                .run(Plan::Spread(6), disturbance)
+                .unwrap();
+            let order: Vec<usize> = (0..found.poses().len()).collect();
+            let trust = found.trust(Some(&order));
+            let moves =
+                |e: &Explained| matches!(e.explanation, Explanation::Step(_) | Explanation::Drift);
+            named += usize::from(trust.explanations.iter().any(moves));
+            let is_told = matches!(trust.grade(), Grade::Good | Grade::Fair);
+            let claim = trust.worst.error_mps2;
+            wrong += usize::from(is_told && (largest > 20.0 * MG || largest > 2.0 * claim));
+            // Without an order the bias is not taken to move.
+            assert!(!found.trust(None).explanations.iter().any(moves));
+        }
+        assert!(
+            is_share(named, 0.8, sensors) && wrong == 0,
+            "{disturbance:?}: {named} {wrong}"
+        );
+    }
 }
 
 fn faces_need_not_be_told(sensors: u64) {
