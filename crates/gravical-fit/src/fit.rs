@@ -117,20 +117,13 @@ const UNDETERMINED: f64 = 0.028;
 /// Readings closer than this, as an angle or as a share of g, are those of a sensor that was not moved.
 const SAME_PLACEMENT: f64 = 0.3 * std::f64::consts::PI / 180.0;
 
-/// Fits M and b.
-///
-/// The model is u = M a + b. A free pose says that ‖a‖ = g; a face, besides, that a lies along its axis
-/// but for a tilt whose two components have the standard deviation σ. Found out on the way, by restricted
-/// maximum likelihood: the roles of the poses, σ, a model error that is added to every mean, and the
-/// spread of six *bends*, what a nonlinear response does to ‖a‖ that M and b cannot; then the poses that
-/// contradict the others, one by one. Data sheets count unless `prior` is off.
-///
-/// # Errors
-///
-/// [`Undetermined`]; also without poses, or if a mean, its standard deviation or a temperature is not finite.
-pub fn fit(poses: &[Pose], options: &Options) -> Result<Fit, Undetermined> {
+/// The search brought to rest, without the poses that contradict the others.
+pub(crate) fn settled(
+    mut search: Search,
+    poses: &[Pose],
+    options: &Options,
+) -> Result<Fit, Undetermined> {
     let open = || Undetermined::of(poses);
-    let mut search = prepare(poses, options).ok_or_else(open)?;
     let mut found = search.settle().ok_or_else(open)?;
     let mut misfits = search.misfits();
     while misfits.iter().any(|(k, _)| search.is_outlier(*k, &found)) {
@@ -236,6 +229,7 @@ pub(crate) fn prepare(poses: &[Pose], options: &Options) -> Option<Search> {
             drift_sd: f64::INFINITY,
         },
         typical_bend: USUAL_BEND.0,
+        straight: false,
         tilt: options.tilt,
         channel_of: std::array::from_fn(|axis| start.column(axis).iamax()),
         x: Parameters::from_fn(|i, _| match i {

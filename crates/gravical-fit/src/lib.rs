@@ -16,6 +16,7 @@
 //! 8. [`later`]: does a calibration still fit, and do two of them differ?
 #![deny(missing_docs)]
 
+mod bends;
 mod bias_drift;
 mod consistent;
 mod fit;
@@ -30,9 +31,10 @@ mod sphere;
 pub mod temperature;
 mod trust;
 
+pub use bends::fit;
 pub use bias_drift::{DriftTest, test_drift};
 pub use consistent::{SIGNIFICANCE, Test, consistent};
-pub use fit::{BiasDrift, Fit, FitQuality, FittedPose, Options, Undetermined, fit};
+pub use fit::{BiasDrift, Fit, FitQuality, FittedPose, Options, Undetermined};
 pub use gyro::{
     FittedMotion, GyroFit, GyroOptions, GyroRest, GyroUndetermined, MIN_MOTIONS, MISFIT_RAD,
     Motion, MotionFit, Sample, StaticInterval, gyro,

@@ -405,13 +405,18 @@ const APART: f64 = 33.0 * std::f64::consts::PI / 180.0;
 /// determine what that pose should read.
 const MAX_UNDETERMINED_MPS2: f64 = 0.5;
 
+/// Root mean square of the errors of poses left out; none if no pose can be.
+pub(crate) fn left_out_rms(left_out: &[Option<LeftOut>]) -> Option<f64> {
+    let errors = left_out.iter().flatten();
+    let count = errors.clone().count();
+    let squares: f64 = errors.map(|e| e.error_mps2.powi(2)).sum();
+    (count > 0).then(|| (squares / count as f64).sqrt())
+}
+
 impl Trust {
     /// Root mean square of the errors of poses left out; none if no pose can be.
     pub fn left_out_rms(&self) -> Option<f64> {
-        let errors = self.left_out.iter().flatten();
-        let count = errors.clone().count();
-        let squares: f64 = errors.map(|e| e.error_mps2.powi(2)).sum();
-        (count > 0).then(|| (squares / count as f64).sqrt())
+        left_out_rms(&self.left_out)
     }
 
     /// The grade by these numbers; what is wrong with the session itself comes on top.

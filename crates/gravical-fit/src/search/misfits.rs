@@ -112,6 +112,9 @@ impl Search {
     /// Logarithm of the likelihood of the session, integrated over parameters and the spread of bends
     /// (MacKay, Neural Computation 4, 1992).
     pub(super) fn evidence(&self, found: &Found) -> f64 {
+        if self.straight {
+            return found.solution.log_likelihood;
+        }
         let sum = |(grid, best): (Vec<(f64, f64)>, f64)| {
             best + grid.iter().map(|(_, weight)| weight).sum::<f64>().ln()
         };

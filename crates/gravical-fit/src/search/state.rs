@@ -23,6 +23,8 @@ pub(crate) struct Search {
     pub held: Hyperparameters,
     /// Geometric mean of the likely spreads of bends; `held` has their root mean square.
     pub typical_bend: f64,
+    /// Without bends.
+    pub straight: bool,
     /// Tilt that was given, rad.
     pub tilt: Option<f64>,
     /// The channel along each axis of the case.
@@ -46,6 +48,13 @@ impl Search {
             bend: self.typical_bend,
             ..self.held
         }
+    }
+
+    /// The same without bends.
+    pub fn straightened(&self) -> Search {
+        let mut search = self.clone();
+        (search.straight, search.typical_bend, search.held.bend) = (true, 0.0, 0.0);
+        search
     }
 
     pub fn is_oriented(&self) -> bool {

@@ -25,14 +25,16 @@ impl Search {
             if self.tilt.is_none() && self.is_oriented() {
                 self.held.tilt = likeliest_tilt(&self.held, likelihood);
             }
-            let (grid, _) = self.likely_bends(&found)?;
-            let all: f64 = grid.iter().map(|(_, weight)| weight).sum();
-            let mean = |value: fn(f64) -> f64| {
-                let each = grid.iter().map(|(bend, weight)| value(*bend) * weight);
-                each.sum::<f64>() / all
-            };
-            self.held.bend = mean(|bend| bend * bend).sqrt();
-            self.typical_bend = mean(f64::ln).exp();
+            if !self.straight {
+                let (grid, _) = self.likely_bends(&found)?;
+                let all: f64 = grid.iter().map(|(_, weight)| weight).sum();
+                let mean = |value: fn(f64) -> f64| {
+                    let each = grid.iter().map(|(bend, weight)| value(*bend) * weight);
+                    each.sum::<f64>() / all
+                };
+                self.held.bend = mean(|bend| bend * bend).sqrt();
+                self.typical_bend = mean(f64::ln).exp();
+            }
             let mut bare = self.held;
             bare.model_error = 0.0;
             let exact = found.linear.solve_poses(&bare, |_| true)?;

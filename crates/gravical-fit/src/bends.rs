@@ -1,0 +1,37 @@
+//! The fit, with the bends of a nonlinear response where these hold beside the poses that show them.
+
+use crate::fit::{Fit, Options, Undetermined, prepare, settled};
+use crate::pose::Pose;
+use crate::trust::left_out_rms;
+
+/// Fits M and b.
+///
+/// The model is u = M a + b. A free pose says that ‖a‖ = g; a face, besides, that a lies along its axis
+/// but for a tilt whose two components have the standard deviation σ. Found out on the way, by restricted
+/// maximum likelihood: the roles of the poses, σ, a model error that is added to every mean, and the
+/// spread of six *bends*, what a nonlinear response does to ‖a‖ that M and b cannot; then the poses that
+/// contradict the others, one by one. Data sheets count unless `prior` is off.
+///
+/// # Errors
+///
+/// [`Undetermined`]; also without poses, or if a mean, its standard deviation or a temperature is not finite.
+pub fn fit(poses: &[Pose], options: &Options) -> Result<Fit, Undetermined> {
+    let open = || Undetermined::of(poses);
+    let search = prepare(poses, options).ok_or_else(open)?;
+    let bent = settled(search.clone(), poses, options)?;
+    if bent.bends().iter().all(|bend| bend.abs() < SLIGHT_BEND) {
+        return Ok(bent);
+    }
+    // A bend that no pose beside it confirms is how the sensor was held, or moved.
+    let straight = settled(search.straightened(), poses, options)?;
+    let left_out = |fit: &Fit| left_out_rms(&fit.left_out());
+    match (left_out(&bent), left_out(&straight)) {
+        (Some(with), Some(without)) if WORSE * without < with => Ok(straight),
+        _ => Ok(bent),
+    }
+}
+
+/// Bends that change ‖a‖ by less, as a share of g, are not worth a question.
+const SLIGHT_BEND: f64 = 1e-3;
+/// Bends that poses on edges alone show raise the error of poses left out, too, but by little, and are real.
+const WORSE: f64 = 2.0;
