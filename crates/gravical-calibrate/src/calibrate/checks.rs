@@ -24,6 +24,8 @@ const MIN_COVERED_G: f64 = 0.3;
 /// Oblique placements further off than so many times the predicted error
 /// contradict the result.
 const OBLIQUE_GATE: f64 = 3.0;
+/// Explanations whose results differ by less than this share of the claimed error need no words.
+const MATTERS: f64 = 0.1;
 /// A sensor that misses the model by more than this, m/s², does something that
 /// the model has no word for.
 const MODEL_ERROR_NOTE: f64 = 0.02;
@@ -169,9 +171,10 @@ fn explanations(
         Explanation::BadPose(k) => !poses[k].fitted,
         Explanation::Step(_) | Explanation::Drift => false,
     };
-    if let [] | [_] = &all[..]
-        && all.iter().all(is_told)
-    {
+    let differences = all.iter().map(|e| e.difference_mps2);
+    let difference_mps2 = differences.fold(0.0, f64::max);
+    let claimed_mps2 = reliability.worst_direction.map_or(0.0, |w| w.error_mps2);
+    if difference_mps2 < MATTERS * claimed_mps2 || all.len() < 2 && all.iter().all(is_told) {
         return None;
     }
     let word = |e: &Explained| {
@@ -183,11 +186,10 @@ fn explanations(
         };
         (what, e.probability)
     };
-    let differences = all.iter().map(|e| e.difference_mps2);
     let several = Case::SeveralExplanations {
         explanations: all.iter().map(word).collect(),
         order,
-        difference_mps2: differences.fold(0.0, f64::max),
+        difference_mps2,
     };
     Some(several.finding())
 }

@@ -96,7 +96,7 @@ gravical_recording::findings! {
     "several-explanations" Warning "the poses contradict each other by more than noise, and other explanations fit than one bad pose: the bias moved once or steadily, another pose is off, a nonlinear response" / "the error that is claimed holds whichever it is" / "warm the sensor up, and record the session again without a break; or record more free poses":
         SeveralExplanations { explanations: Vec<(String, f64)>, order: OrderOf, difference_mps2: f64 } =>
             "the poses contradict each other, and this would explain it: {}; {order}. The results differ by up to {:.1} mg, which is in the error that is claimed",
-            list(explanations, |(what, p)| format!("{what} ({:.0} %)", (100.0 * p).clamp(1.0, 99.0))), milli_g(*difference_mps2);
+            likeliest(explanations), milli_g(*difference_mps2);
     "no-face" Warning "a pose is named after a face but tilted so far that an intended free pose is more likely" / "used as a free pose: only its magnitude is used" / "record it again, or give `--face-pose NAME`":
         NoFace { pose: String, angle_deg: f64 } =>
             "{pose} is named a face but lies {angle_deg:.1}° off it, much further than the others: taken as a free pose, unless it is given as a face";
@@ -287,4 +287,16 @@ impl fmt::Display for OrderOf {
             }
         })
     }
+}
+
+/// The first five of some explanations with their probabilities, and how many others there are.
+fn likeliest(explanations: &[(String, f64)]) -> String {
+    const SHOWN: usize = 5;
+    let word =
+        |(what, p): &(String, f64)| format!("{what} ({:.0} %)", (100.0 * p).clamp(1.0, 99.0));
+    let mut text = list(explanations.iter().take(SHOWN), word);
+    if explanations.len() > SHOWN {
+        text += &format!(", or {}", count(explanations.len() - SHOWN, "other"));
+    }
+    text
 }
