@@ -287,6 +287,7 @@ impl PoseResult {
     #[doc(hidden)]
     pub fn called(&self) -> String {
         match self.lines {
+            Some([line, last]) if line == last => format!("{} in line {line}", self.label),
             Some([first, last]) => format!("{} in lines {first}-{last}", self.label),
             None => self.label.clone(),
         }
