@@ -215,7 +215,7 @@ pub fn check(
         let interval = &intervals[i];
         let recording = &recordings[interval.recording];
         let is_named = recording.labels.is_some() && !interval.is_found;
-        let calibrated = options.axes.to_case(length.force.into());
+        let calibrated = options.axes.to_case(length.force);
         let (nearest, face_angle_deg) = Face::nearest(calibrated);
         StillCheck {
             file: recording.name.clone(),
@@ -482,8 +482,8 @@ fn static_mean(recording: &Recording, interval: &Pose) -> StaticMean {
         _ => 0.0,
     };
     StaticMean {
-        mean: interval.mean.into(),
-        sd: interval.standard_error.unwrap_or_default().into(),
+        mean: interval.mean,
+        sd: interval.standard_error.unwrap_or_default(),
         sd_of_length_mps2: speed.hypot(FLOOR_MPS2),
     }
 }

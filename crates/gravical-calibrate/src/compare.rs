@@ -8,6 +8,7 @@
 //! It rests on the covariances of both files. What they leave out (drift with temperature, another
 //! gravity, shared recordings) is said.
 
+use gravical_core::matrix3::norm;
 use gravical_core::unit::DEGREES_PER_RADIAN;
 use gravical_fit::{Sensor, Test, later};
 use serde::Serialize;
@@ -174,7 +175,9 @@ pub fn compare(a: &Calibration, b: &Calibration, names: [&str; 2]) -> Result<Com
     let pair = [a, b];
     let [sensor_a, sensor_b] = sensors(pair, names, &mut findings)?;
     let singular = || Problem::Singular.error().at(names[1].as_ref(), None);
-    let found = later::compare(&sensor_a, &sensor_b).ok_or_else(singular)?;
+    let tilts = pair.map(Calibration::tilts);
+    let found = [(&sensor_a, &tilts[0]), (&sensor_b, &tilts[1])];
+    let found = later::compare(found).ok_or_else(singular)?;
     findings.extend(gravity_differs(
         pair.map(|f| f.gravity_mps2),
         ["in A", "in B"],
@@ -210,7 +213,7 @@ pub fn compare(a: &Calibration, b: &Calibration, names: [&str; 2]) -> Result<Com
         norm_rms_mps2: found.norm.rms_mps2,
         predicted_rms_mps2: has_covariances.then_some(found.norm.predicted_rms_mps2),
         norm_largest_mps2: found.norm.largest_mps2,
-        largest_at: found.norm.largest_at.into(),
+        largest_at: found.norm.largest_at,
     };
     let orientation = found.turn.map(|turn| {
         let is_oriented = pair
@@ -219,12 +222,11 @@ pub fn compare(a: &Calibration, b: &Calibration, names: [&str; 2]) -> Result<Com
         let test = tested(turn.test).filter(|_| is_oriented);
         let (judgement, reason) = judge("directions of the axes in the case", test, no_proof);
         reasons.push(reason);
+        let turn: [f64; 3] = std::array::from_fn(|i| turn.value[i]);
+        let angle = norm(&turn);
         OrientationDifference {
-            angle_deg: turn.value.norm().to_degrees(),
-            axis: turn
-                .value
-                .try_normalize(0.0)
-                .map_or([0.0; 3], |axis| [axis[0], axis[1], axis[2]]),
+            angle_deg: angle.to_degrees(),
+            axis: turn.map(|v| if angle > 0.0 { v / angle } else { 0.0 }),
             test,
             judgement,
         }

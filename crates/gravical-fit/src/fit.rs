@@ -152,7 +152,6 @@ pub fn fit(poses: &[Pose], options: &Options) -> Result<Fit, Undetermined> {
     let bare = search.held.bare();
     let alone = search.fit(&bare).ok_or_else(open)?;
     let noise = alone.linear.lengths(&bare, &alone.solution, |_| true);
-    let tilt_freedom = tilt_freedom(&search, &found);
     Ok(Fit {
         working_sensor: Sensor {
             parameters: linear.x,
@@ -162,14 +161,13 @@ pub fn fit(poses: &[Pose], options: &Options) -> Result<Fit, Undetermined> {
                 sd_mps2: options.gravity_sd,
             },
             model_error_mps2: search.held.model_error,
-            tilt_freedom,
         },
         quality: FitQuality {
             chi2_per_freedom: (noise.freedom >= 1.0).then(|| noise.chi2 / noise.freedom),
             freedom: lengths.freedom,
             model_error_mps2: search.held.model_error,
             oriented: search.is_oriented(),
-            tilt_degrees_of_freedom: tilt_freedom,
+            tilt_degrees_of_freedom: tilt_freedom(&search, &found),
             prior: search.held.prior,
         },
         search,
