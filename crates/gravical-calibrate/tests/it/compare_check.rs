@@ -100,8 +100,8 @@ fn two_sessions_of_one_sensor_seldom_differ() {
         let orientation = |c: &Comparison| c.orientation.as_ref().unwrap().test.unwrap();
         let turned = each(&all, |c| orientation(c).p_value);
         let differ = each(&all, |c| match c.verdict.judgement {
-            Judgement::Differ => 0.0,
-            Judgement::Agree => 1.0,
+            Judgement::Differs => 0.0,
+            Judgement::Agrees => 1.0,
             _ => panic!("{:?}", c.verdict),
         });
         let squares = each(&all, |c| c.magnitude.norm_rms_mps2.powi(2));
@@ -178,7 +178,7 @@ fn a_bias_off_by_five_sigma_is_found(sensors: usize) {
         found += usize::from(report.verdict.judgement == Judgement::DoesNotFit);
         let other = calibration(&new, 0.3, Method::Joint);
         let result = compare(&altered, &other, ["a.json", "b.json"]).unwrap();
-        differ += usize::from(result.verdict.judgement == Judgement::Differ);
+        differ += usize::from(result.verdict.judgement == Judgement::Differs);
     }
     println!("of {sensors}: {found} found, {differ} differ from a new calibration");
     assert!(24 * found >= 20 * sensors && 2 * differ >= sensors);
