@@ -193,7 +193,7 @@ pub fn compare(pair: [(&Sensor, &Tilts); 2]) -> Option<Compare> {
         norm: pair.norm(gravity)?,
         invariants: pair.parameters.each_ref().map(invariants_of),
         magnitude: pair.difference(|x, y| Some(invariants(y) - invariants(x)), products)?,
-        turn: pair.difference(turn, |_, _| ()),
+        turn: pair.difference(turn, |_, _, _| ()),
     })
 }
 
@@ -204,16 +204,24 @@ pub fn compare(pair: [(&Sensor, &Tilts); 2]) -> Option<Compare> {
 /// x and y by −δ²/2, and two calibrations by −(δ_B² − δ_A²)/2 = −d (δ_A + δ_B)/2, of which the difference d of
 /// their angles is known, and with it δ_A + δ_B: to d (v_B − v_A)/(v_A + v_B) and the variance
 /// 4 v_A v_B/(v_A + v_B). Angles that six faces leave open by 1° are worth 1.5 mm/s².
-fn products(difference: &mut DVector<f64>, [of_a, of_b, both]: [&mut DMatrix<f64>; 3]) {
+///
+/// `fitted` are the covariances by which the fit expected squares, `own` those that hold.
+fn products(
+    difference: &mut DVector<f64>,
+    [fitted, own]: [[&DMatrix<f64>; 2]; 2],
+    covariance: &mut DMatrix<f64>,
+) {
     for (angle, rows) in [(6, [3, 4]), (7, [3, 5]), (8, [4, 5])] {
-        let (a, b) = (of_a[(angle, angle)], of_b[(angle, angle)]);
+        let of = |both: [&DMatrix<f64>; 2]| both.map(|c| c[(angle, angle)]);
+        let ([returned_a, returned_b], [a, b]) = (of(fitted), of(own));
         if a + b > 0.0 {
             let square = difference[angle].powi(2);
-            let mean = (b - a) * (SHORTFALL - square / (a + b) / 2.0);
+            let returned = SHORTFALL * (returned_b - returned_a);
+            let mean = returned - square * (b - a) / (a + b) / 2.0;
             let variance = square * a * b / (a + b);
             for i in rows {
                 difference[i] -= mean;
-                rows.iter().for_each(|k| both[(i, *k)] += variance);
+                rows.iter().for_each(|k| covariance[(i, *k)] += variance);
             }
         }
     }
@@ -352,7 +360,7 @@ impl Pair {
     fn difference(
         &self,
         f: impl Fn(&Parameters, &Parameters) -> Option<DVector<f64>>,
-        curve: impl Fn(&mut DVector<f64>, [&mut DMatrix<f64>; 3]),
+        curve: impl Fn(&mut DVector<f64>, [[&DMatrix<f64>; 2]; 2], &mut DMatrix<f64>),
     ) -> Option<Difference> {
         let [a, b] = &self.parameters;
         let value = f(a, b)?;
@@ -366,10 +374,10 @@ impl Pair {
         }
         // With tilts of other variances.
         let tested = |[more_a, more_b]: [&DMatrix<f64>; 2]| {
-            let (mut straight, mut both) = (value.clone(), common.clone());
-            let (mut of_a, mut of_b) = (&of_a + more_a, &of_b + more_b);
-            curve(&mut straight, [&mut of_a, &mut of_b, &mut both]);
-            let covariance = of_a + of_b + both;
+            let (own_a, own_b) = (&of_a + more_a, &of_b + more_b);
+            let (mut straight, mut covariance) = (value.clone(), &own_a + &own_b + &common);
+            let own = [[&of_a, &of_b], [&own_a, &own_b]];
+            curve(&mut straight, own, &mut covariance);
             (consistent(&straight, &covariance), covariance)
         };
         let growths = [0, 1].map(|i: usize| {
