@@ -34,7 +34,7 @@ pub(crate) fn gravity_differs(gravity_mps2: [f64; 2], of: [&str; 2]) -> Option<F
     (off > SAME_GRAVITY).then(|| case.finding())
 }
 
-pub(crate) fn probability(p: f64) -> String {
+fn probability(p: f64) -> String {
     match p {
         p if p < 1e-4 => "p < 0.0001".to_owned(),
         p => format!("p = {p:.*}", if p < 0.095 { 4 } else { 2 }),
