@@ -20,7 +20,7 @@ use crate::calibration_file::{
 };
 use crate::finding::{Case, Finding};
 use crate::gravity::Gravity;
-use crate::later::{ASSUMED_ERROR_MPS2, chi_square, gravity_differs, probability, sensor};
+use crate::later::{ASSUMED_ERROR_MPS2, gravity_differs, judge, sensor};
 use crate::numfmt::{mg, milli_g};
 use crate::poses::face::{AxisMap, Face, axes_where};
 use crate::poses::mean::pooled_noise;
@@ -31,7 +31,7 @@ use crate::recording::{Recording, after_losses, already_calibrated};
 use crate::stats::{mean_of_finite, median, rms};
 use crate::temperature::{NoTemperature, bring_to_reference, not_applied};
 
-pub use crate::later::{Judgement, Verdict};
+pub use crate::later::{Judgement, Side, Verdict};
 
 /// No mean of a cheap accelerometer is better than this, m/s² (0.1 mg): its bias wanders by as
 /// much from one minute to the next.
@@ -81,6 +81,10 @@ pub struct CheckReport {
     pub calibration: String,
     /// The recordings as they were given.
     pub recordings: Vec<String>,
+    /// Dates and sensors of the calibration and of the recordings.
+    pub sides: [Side; 2],
+    /// Age of the calibration when these were recorded, days: since its session, else since it was computed.
+    pub age_days: Option<f64>,
     /// What ‖a‖ has to be at rest, m/s².
     pub gravity_mps2: f64,
     /// How it is known; of the calibration where none was given here.
@@ -215,7 +219,7 @@ pub fn check(
         let interval = &intervals[i];
         let recording = &recordings[interval.recording];
         let is_named = recording.labels.is_some() && !interval.is_found;
-        let calibrated = options.axes.to_case(length.force.into());
+        let calibrated = options.axes.to_case(length.force);
         let (nearest, face_angle_deg) = Face::nearest(calibrated);
         StillCheck {
             file: recording.name.clone(),
@@ -241,14 +245,19 @@ pub fn check(
     findings.extend(gravity_differs(values, ["in the calibration", "here"]));
     findings.sort_by_key(|f| std::cmp::Reverse(f.severity));
     let only_fitted = !fitted.contains(&false);
-    let judgement = if result.test.p_value < SIGNIFICANCE {
-        Judgement::DoesNotFit
-    } else if only_fitted || !has_covariance {
-        // What it was fitted to agrees with it; what is assumed is no proof.
-        Judgement::Undecided
-    } else {
-        Judgement::Fits
+    // What it was fitted to agrees with it; what is assumed is no proof.
+    let no_proof = match () {
+        () if only_fitted => Some("the calibration was fitted to these static intervals"),
+        () if !has_covariance => Some("the calibration has no covariance"),
+        () => None,
     };
+    let level = (SIGNIFICANCE, Judgement::DoesNotFit);
+    let (judgement, reason) = judge(
+        "‖a‖ at rest and gravity",
+        Some(&result.test),
+        level,
+        no_proof,
+    );
     let used = || static_intervals.iter().filter(|s| s.counts);
     let size = |i: &usize| static_intervals[*i].z.abs();
     let counted = (0..counts.len()).filter(|i| counts[*i]);
@@ -258,6 +267,10 @@ pub fn check(
         let along = |sign: f64| used().any(|s| sign * unit(&s.calibrated)[axis] >= TESTED_COSINE);
         usize::from(along(1.0)) + usize::from(along(-1.0))
     };
+    let sides = [
+        Side::of_calibration(calibration),
+        Side::of_recordings(recordings),
+    ];
     let mut report = CheckReport {
         calibration: name.to_owned(),
         recordings: recordings.iter().map(|r| r.name.clone()).collect(),
@@ -273,17 +286,19 @@ pub fn check(
         static_intervals,
         only_fitted,
         findings,
+        age_days: sides[0].days_to(&sides[1]),
+        sides,
         verdict: Verdict {
             judgement,
-            reasons: Vec::new(),
+            reasons: vec![reason],
         },
     };
-    report.verdict.reasons = reasons(&report, has_covariance, &gravity);
+    complete(&mut report, has_covariance, &gravity);
     Ok(report)
 }
 
-/// Is it still good? What was not tested?
-fn reasons(report: &CheckReport, has_covariance: bool, gravity: &Gravity) -> Vec<String> {
+/// Adds to the reason by the test how large the errors are, and what was not tested.
+fn complete(report: &mut CheckReport, has_covariance: bool, gravity: &Gravity) {
     let expected = if has_covariance {
         let predicted = mg(report.predicted_rms_mps2);
         format!("its uncertainty predicts {predicted} mg rms")
@@ -292,21 +307,10 @@ fn reasons(report: &CheckReport, has_covariance: bool, gravity: &Gravity) -> Vec
         format!("the file has no covariance, so {assumed} mg are assumed")
     };
     let off = mg(report.rms_mps2);
-    let mut reasons = vec![format!("‖a‖ is off by {off} mg rms; {expected}")];
-    // Agreement with what it was fitted to has no probability, and tests no axis.
-    let is_tested = !report.only_fitted || report.verdict.judgement.is_change();
-    if report.only_fitted {
-        reasons.push(
-            "the calibration was fitted to these static intervals, which therefore cannot test it"
-                .to_owned(),
-        );
-    }
-    if is_tested {
-        reasons.push(format!(
-            "probability of such errors if the calibration fits: {}, the limit is {SIGNIFICANCE} ({})",
-            probability(report.test.p_value),
-            chi_square(&report.test)
-        ));
+    let reasons = &mut report.verdict.reasons;
+    reasons.insert(0, format!("‖a‖ is off by {off} mg rms; {expected}"));
+    // Agreement with what it was fitted to tests no axis.
+    if !report.only_fitted || report.verdict.judgement.is_change() {
         reasons.push(untested(&report.untested_axes, &report.one_way_axes));
     }
     if gravity.source == GravitySource::Standard {
@@ -315,7 +319,6 @@ fn reasons(report: &CheckReport, has_covariance: bool, gravity: &Gravity) -> Vec
             milli_g(2.0 * gravity.uncertainty_mps2())
         ));
     }
-    reasons
 }
 
 fn untested(none: &[String], one_way: &[String]) -> String {
@@ -482,8 +485,8 @@ fn static_mean(recording: &Recording, interval: &Pose) -> StaticMean {
         _ => 0.0,
     };
     StaticMean {
-        mean: interval.mean.into(),
-        sd: interval.standard_error.unwrap_or_default().into(),
+        mean: interval.mean,
+        sd: interval.standard_error.unwrap_or_default(),
         sd_of_length_mps2: speed.hypot(FLOOR_MPS2),
     }
 }

@@ -8,6 +8,7 @@
 //! It rests on the covariances of both files. What they leave out (drift with temperature, another
 //! gravity, shared recordings) is said.
 
+use gravical_core::matrix3::norm;
 use gravical_core::unit::DEGREES_PER_RADIAN;
 use gravical_fit::{Sensor, Test, later};
 use serde::Serialize;
@@ -15,12 +16,10 @@ use serde::Serialize;
 use crate::Result;
 use crate::calibration_file::{Accelerometer, Calibration, TemperatureRange};
 use crate::finding::{Case, Finding};
-use crate::later::{PART_SIGNIFICANCE, chi_square, gravity_differs, probability, sensor};
+use crate::later::{Judgement, PART_SIGNIFICANCE, Side, Verdict, gravity_differs, judge, sensor};
 use crate::numfmt::{decimals_for, fixed, signed, unit};
 use crate::problem::Problem;
 use crate::recording::AccelUnit;
-
-pub use crate::later::{Judgement, Verdict};
 
 /// Scales within this fraction of each other are of one unit and range: far beyond any sensor, far
 /// below the next range.
@@ -35,6 +34,10 @@ const TEMPERATURE_STEP_C: f64 = 3.0;
 pub struct Comparison {
     /// The files as they were given.
     pub files: [String; 2],
+    /// Their dates and sensors.
+    pub sides: [Side; 2],
+    /// Days from A to B, by their recordings, else by when they were computed.
+    pub age_days: Option<f64>,
     /// Gravity that each scale rests on, m/s².
     pub gravity_mps2: [f64; 2],
     /// Temperatures of the two sessions, °C.
@@ -151,7 +154,8 @@ pub struct OrientationDifference {
 /// ```
 /// # use gravical_calibrate as gravical;
 /// use gravical::calibrate::{CalibrateOptions, calibrate};
-/// use gravical::compare::{Judgement, compare};
+/// use gravical::check::Judgement;
+/// use gravical::compare::compare;
 /// use gravical::calibrate::Method;
 /// use gravical::recording::{ReadOptions, read_bytes};
 ///
@@ -174,7 +178,9 @@ pub fn compare(a: &Calibration, b: &Calibration, names: [&str; 2]) -> Result<Com
     let pair = [a, b];
     let [sensor_a, sensor_b] = sensors(pair, names, &mut findings)?;
     let singular = || Problem::Singular.error().at(names[1].as_ref(), None);
-    let found = later::compare(&sensor_a, &sensor_b).ok_or_else(singular)?;
+    let tilts = pair.map(Calibration::tilts);
+    let found = [(&sensor_a, &tilts[0]), (&sensor_b, &tilts[1])];
+    let found = later::compare(found).ok_or_else(singular)?;
     findings.extend(gravity_differs(
         pair.map(|f| f.gravity_mps2),
         ["in A", "in B"],
@@ -189,17 +195,24 @@ pub fn compare(a: &Calibration, b: &Calibration, names: [&str; 2]) -> Result<Com
     let shared = shared(a, b).filter(|_| !is_same);
     // Why agreement would prove nothing.
     let no_proof = match &shared {
-        _ if is_same => Some("both files contain the same parameters"),
         _ if !has_covariances => Some("one of the files has no covariance"),
-        shared => shared
-            .as_ref()
-            .map(|_| "both were made from the same recordings"),
+        Some(_) => Some("both were made from the same recordings"),
+        None => None,
     };
     findings.extend(shared);
     let tested = |test: Test| Some(test).filter(|t| has_covariances && t.degrees_of_freedom > 0);
+    let judge = |what: &str, test: Option<&Test>| match is_same {
+        true => (Judgement::Agrees, format!("{what}: the same in both")),
+        false => judge(
+            what,
+            test,
+            (PART_SIGNIFICANCE, Judgement::Differs),
+            no_proof,
+        ),
+    };
     let parameters = parameters(&found, has_covariances);
     let test = tested(found.magnitude.test);
-    let (judgement, reason) = judge("bias, scale and misalignment", test, no_proof);
+    let (judgement, reason) = judge("bias, scale and misalignment", test.as_ref());
     let mut reasons = vec![reason];
     if judgement.is_change() {
         reasons.extend(most(&parameters[..9]));
@@ -210,21 +223,20 @@ pub fn compare(a: &Calibration, b: &Calibration, names: [&str; 2]) -> Result<Com
         norm_rms_mps2: found.norm.rms_mps2,
         predicted_rms_mps2: has_covariances.then_some(found.norm.predicted_rms_mps2),
         norm_largest_mps2: found.norm.largest_mps2,
-        largest_at: found.norm.largest_at.into(),
+        largest_at: found.norm.largest_at,
     };
     let orientation = found.turn.map(|turn| {
         let is_oriented = pair
             .iter()
             .all(|f| f.reliability.fit.is_none_or(|fit| fit.oriented));
         let test = tested(turn.test).filter(|_| is_oriented);
-        let (judgement, reason) = judge("directions of the axes in the case", test, no_proof);
+        let (judgement, reason) = judge("directions of the axes in the case", test.as_ref());
         reasons.push(reason);
+        let turn: [f64; 3] = std::array::from_fn(|i| turn.value[i]);
+        let angle = norm(&turn);
         OrientationDifference {
-            angle_deg: turn.value.norm().to_degrees(),
-            axis: turn
-                .value
-                .try_normalize(0.0)
-                .map_or([0.0; 3], |axis| [axis[0], axis[1], axis[2]]),
+            angle_deg: angle.to_degrees(),
+            axis: turn.map(|v| if angle > 0.0 { v / angle } else { 0.0 }),
             test,
             judgement,
         }
@@ -233,7 +245,7 @@ pub fn compare(a: &Calibration, b: &Calibration, names: [&str; 2]) -> Result<Com
     // ‖a‖ does not depend on it.
     let judgement = match &orientation {
         Some(orientation) if !orientation.judgement.is_change() => magnitude.judgement,
-        _ => Judgement::Differ,
+        _ => Judgement::Differs,
     };
     if orientation.is_none() {
         reasons.push("one frame is the mirror image of the other".to_owned());
@@ -243,8 +255,11 @@ pub fn compare(a: &Calibration, b: &Calibration, names: [&str; 2]) -> Result<Com
         reasons.extend(circumstance(pair));
     }
     findings.sort_by_key(|f| std::cmp::Reverse(f.severity));
+    let sides = pair.map(Side::of_calibration);
     Ok(Comparison {
         files: names.map(str::to_owned),
+        age_days: sides[0].days_to(&sides[1]),
+        sides,
         gravity_mps2: pair.map(|f| f.gravity_mps2),
         temperature_c: pair.map(|f| f.temperature_c),
         two_sensors: two_sensors(pair),
@@ -254,25 +269,6 @@ pub fn compare(a: &Calibration, b: &Calibration, names: [&str; 2]) -> Result<Com
         findings,
         verdict: Verdict { judgement, reasons },
     })
-}
-
-/// What comes of the test of a part, if there is one, unless agreement would prove nothing.
-fn judge(part: &str, test: Option<Test>, no_proof: Option<&str>) -> (Judgement, String) {
-    let (test, judgement, verb) = match (test, no_proof) {
-        (Some(test), _) if test.p_value < PART_SIGNIFICANCE => {
-            (test, Judgement::Differ, "differ by more than")
-        }
-        (Some(test), None) => (test, Judgement::Agree, "agree within"),
-        (_, why) => {
-            let why = why.unwrap_or("one of the sessions has faces on less than two axes");
-            return (Judgement::Undecided, format!("{part}: not tested, {why}"));
-        }
-    };
-    let (p, chi_square) = (probability(test.p_value), chi_square(&test));
-    let reason = format!(
-        "{part} {verb} the uncertainty: {p}, the limit is {PART_SIGNIFICANCE} ({chi_square})"
-    );
-    (judgement, reason)
 }
 
 fn most(parameters: &[ParameterDifference]) -> Option<String> {

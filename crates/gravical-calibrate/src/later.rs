@@ -6,10 +6,12 @@ use gravical_fit::{SIGNIFICANCE, Sensor, Test};
 use serde::Serialize;
 
 use crate::Result;
-use crate::calibration_file::Calibration;
+use crate::calibration_file::{Calibration, SensorInfo};
 use crate::finding::{Case, Finding};
-use crate::numfmt::count;
+use crate::numfmt::{count, words};
 use crate::problem::Problem;
+use crate::recording::{Recording, common_serial};
+use crate::utc::UtcTime;
 
 /// Gravity that differs by less than this fraction is the same.
 const SAME_GRAVITY: f64 = 1e-5;
@@ -32,13 +34,7 @@ pub(crate) fn gravity_differs(gravity_mps2: [f64; 2], of: [&str; 2]) -> Option<F
     (off > SAME_GRAVITY).then(|| case.finding())
 }
 
-/// χ² of a difference by its covariance.
-pub(crate) fn chi_square(test: &Test) -> String {
-    let freedom = count(test.degrees_of_freedom, "degree");
-    format!("χ² = {:.1} with {freedom} of freedom", test.chi2)
-}
-
-pub(crate) fn probability(p: f64) -> String {
+fn probability(p: f64) -> String {
     match p {
         p if p < 1e-4 => "p < 0.0001".to_owned(),
         p => format!("p = {p:.*}", if p < 0.095 { 4 } else { 2 }),
@@ -49,22 +45,25 @@ pub(crate) fn probability(p: f64) -> String {
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum Judgement {
-    /// `check`: the errors are within what its uncertainty allows.
-    Fits,
-    /// `check`: they are larger.
+    /// The difference is within the uncertainty.
+    Agrees,
+    /// It is larger: the calibration does not fit the readings.
     DoesNotFit,
-    /// `compare`: the difference is within the uncertainty.
-    Agree,
-    /// `compare`: it is larger.
-    Differ,
+    /// It is larger: the calibrations differ.
+    Differs,
     /// Nothing tells.
     Undecided,
 }
 
 impl Judgement {
-    /// The calibration does not fit, or the two differ.
+    /// Something is beyond the uncertainty.
     pub fn is_change(self) -> bool {
-        matches!(self, Judgement::DoesNotFit | Judgement::Differ)
+        matches!(self, Judgement::DoesNotFit | Judgement::Differs)
+    }
+
+    /// As in JSON: `does-not-fit`.
+    pub fn name(self) -> String {
+        words(&self).replace(' ', "-")
     }
 }
 
@@ -75,6 +74,72 @@ pub struct Verdict {
     pub judgement: Judgement,
     /// Why: what was found, what was not tested.
     pub reasons: Vec<String>,
+}
+
+/// What becomes of the test of `what` at a level, in words, too: a change beyond it, else agreement unless that would
+/// prove nothing.
+pub(crate) fn judge(
+    what: &str,
+    test: Option<&Test>,
+    (level, change): (f64, Judgement),
+    no_proof: Option<&str>,
+) -> (Judgement, String) {
+    let (judgement, verb) = match (test, no_proof) {
+        (Some(test), _) if test.p_value < level => (change, "differ by more than"),
+        (Some(_), None) => (Judgement::Agrees, "agree within"),
+        (_, why) => {
+            let why = why.unwrap_or("one of the sessions has faces on less than two axes");
+            return (Judgement::Undecided, format!("{what}: not tested, {why}"));
+        }
+    };
+    let tested = test.map_or_else(String::new, |test| {
+        let freedom = count(test.degrees_of_freedom, "degree");
+        let (p, chi2) = (probability(test.p_value), test.chi2);
+        format!("{p}, the limit is {level} (χ² = {chi2:.1} with {freedom} of freedom)")
+    });
+    (
+        judgement,
+        format!("{what} {verb} the uncertainty: {tested}"),
+    )
+}
+
+/// One of the two sides that are held against each other.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct Side {
+    /// Its sensor, as far as it is named.
+    pub sensor: SensorInfo,
+    /// When the session was recorded.
+    pub recorded: Option<UtcTime>,
+    /// When the calibration was computed, as its file says.
+    pub created: Option<String>,
+}
+
+impl Side {
+    pub(crate) fn of_calibration(file: &Calibration) -> Side {
+        Side {
+            sensor: file.sensor.clone(),
+            recorded: file.recorded.map(|recorded| recorded.time),
+            created: Some(file.created.clone()),
+        }
+    }
+
+    pub(crate) fn of_recordings(recordings: &[Recording]) -> Side {
+        let id = common_serial(recordings).ok().flatten();
+        Side {
+            sensor: SensorInfo { id, model: None },
+            recorded: recordings.iter().filter_map(Recording::recorded_at).min(),
+            created: None,
+        }
+    }
+
+    /// Days from this one to a later one; none without the dates.
+    pub fn days_to(&self, later: &Side) -> Option<f64> {
+        let date = |side: &Side| {
+            let created = side.created.as_ref();
+            side.recorded.or_else(|| created?.parse().ok())
+        };
+        Some(date(later)?.days_since(date(self)?))
+    }
 }
 
 /// A calibration as numbers, with readings divided by `unit` once `offset` is taken off: about the input

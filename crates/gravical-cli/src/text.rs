@@ -80,8 +80,8 @@ fn coloured(text: &str) -> String {
 fn one(line: &str, after_blank: bool) -> String {
     if let Some(grade) = line.strip_prefix("Verdict: ") {
         let style = match grade {
-            "good" | "fits" | "agree" | "bounded" => GOOD,
-            "poor" | "does not fit" | "differ" | "not usable" => BAD,
+            "good" | "agrees" | "bounded" => GOOD,
+            "poor" | "does-not-fit" | "differs" | "not usable" => BAD,
             _ => CAUTION,
         };
         return format!("{BOLD}Verdict:{BOLD:#} {style}{grade}{style:#}");

@@ -2,7 +2,7 @@
 
 use nalgebra::{DMatrix, DVector, SymmetricEigen};
 use serde::Serialize;
-use statrs::distribution::{ChiSquared, ContinuousCDF, FisherSnedecor};
+use statrs::distribution::{ChiSquared, ContinuousCDF};
 
 /// Below this probability chance is no explanation.
 pub const SIGNIFICANCE: f64 = 0.01;
@@ -32,19 +32,6 @@ impl Test {
             chi2,
             degrees_of_freedom: rank,
             p_value: tail.unwrap_or(1.0).clamp(0.0, 1.0),
-        }
-    }
-
-    /// The same where the size of the covariance is known by `freedom` residuals only: F in place
-    /// of χ².
-    pub(crate) fn with_freedom(self, freedom: f64) -> Test {
-        let rank = self.degrees_of_freedom as f64;
-        match FisherSnedecor::new(rank, freedom) {
-            Ok(f) if freedom.is_finite() => Test {
-                p_value: f.sf(self.chi2 / rank).clamp(0.0, 1.0),
-                ..self
-            },
-            _ => self,
         }
     }
 }

@@ -145,7 +145,6 @@ pub(crate) fn settled(
     let bare = search.held.bare();
     let alone = search.fit(&bare).ok_or_else(open)?;
     let noise = alone.linear.lengths(&bare, &alone.solution, |_| true);
-    let tilt_freedom = tilt_freedom(&search, &found);
     Ok(Fit {
         working_sensor: Sensor {
             parameters: linear.x,
@@ -155,14 +154,13 @@ pub(crate) fn settled(
                 sd_mps2: options.gravity_sd,
             },
             model_error_mps2: search.held.model_error,
-            tilt_freedom,
         },
         quality: FitQuality {
             chi2_per_freedom: (noise.freedom >= 1.0).then(|| noise.chi2 / noise.freedom),
             freedom: lengths.freedom,
             model_error_mps2: search.held.model_error,
             oriented: search.is_oriented(),
-            tilt_degrees_of_freedom: tilt_freedom,
+            tilt_degrees_of_freedom: tilt_freedom(&search, &found),
             prior: search.held.prior,
         },
         search,

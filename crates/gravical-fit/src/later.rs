@@ -13,22 +13,34 @@ use nalgebra::{
     DMatrix, DVector, Matrix3, Rotation3, SMatrix, SymmetricEigen, UnitQuaternion, Vector3,
 };
 
+use statrs::distribution::{ChiSquared, ContinuousCDF};
+
 use crate::consistent::{MAX_STEPS, Test, consistent};
 use crate::model::{
-    BENDS, Covariance, DIRECTIONS, Parameters, bend, bias, invariants, matrix, sensitivity, sphere,
+    BENDS, BIAS, Covariance, DIRECTIONS, DRIFT, PARAMETERS, Parameters, bend, bias, invariants,
+    jacobian, matrix, sensitivity, sphere, tangents,
 };
 use crate::sensor::{Gravity, Sensor, derivative_by_gravity};
 
 /// Directions this near to each other (chord of the unit sphere, 25°) share the model error.
 const MODEL_ERROR_CHORD: f64 = 0.43;
 
+/// What is usual of tilts, a factor of e, tells as much of their variance as half a tilt.
+const OF_USUAL_TILT: f64 = 0.5;
+
+/// Of δ² that the fit adds to a row on average.
+const SHORTFALL: f64 = 0.125;
+
+/// Values that stand for what tilts leave open of their variance.
+const QUANTILES: usize = 24;
+
 /// A mean reading at rest, in working units.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct StaticMean {
     /// Mean of the channels, at the temperature of reference.
-    pub mean: Vector3<f64>,
+    pub mean: [f64; 3],
     /// Standard deviation of this mean.
-    pub sd: Vector3<f64>,
+    pub sd: [f64; 3],
     /// Standard deviation of its length beside that, independent between intervals, m/s².
     pub sd_of_length_mps2: f64,
 }
@@ -37,7 +49,7 @@ pub struct StaticMean {
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Length {
     /// Specific force, axes of the board, m/s².
-    pub force: Vector3<f64>,
+    pub force: [f64; 3],
     /// ‖a‖ less gravity, the bend of the sensor taken off, m/s².
     pub error_mps2: f64,
     /// Its standard deviation, if the calibration fits, m/s².
@@ -71,7 +83,7 @@ pub fn check(
     let gravity = here.unwrap_or(sensor.gravity).value_mps2;
     let forces = |x: &Parameters| {
         let inverse = matrix(x).try_inverse()?;
-        let force = |s: &StaticMean| inverse * (s.mean - bias(x, 0.0));
+        let force = |s: &StaticMean| inverse * (Vector3::from(s.mean) - bias(x, 0.0));
         Some(means.iter().map(force).collect::<Vec<_>>())
     };
     let errors = |x: &Parameters| {
@@ -88,7 +100,8 @@ pub fn check(
     let elsewhere = here.map_or(0.0, |here| here.sd_mps2.powi(2));
     let of_gravity = sensor.gravity.sd_mps2.powi(2) + elsewhere;
     let noise = |i: usize| {
-        let along = inverse.tr_mul(&directions[i]).component_mul(&means[i].sd);
+        let sd = Vector3::from(means[i].sd);
+        let along = inverse.tr_mul(&directions[i]).component_mul(&sd);
         along.norm_squared() + means[i].sd_of_length_mps2.powi(2)
     };
     covariance += DMatrix::from_fn(means.len(), means.len(), |i, j| {
@@ -97,7 +110,7 @@ pub fn check(
         of_gravity + model_error + if i == j { noise(i) } else { 0.0 }
     });
     let length = |i: usize| Length {
-        force: forces[i],
+        force: forces[i].into(),
         error_mps2: errors[i],
         sd_mps2: covariance[(i, i)].sqrt(),
     };
@@ -114,9 +127,9 @@ pub fn check(
 #[derive(Debug, Clone, PartialEq)]
 pub struct Difference {
     /// Its components.
-    pub value: DVector<f64>,
+    pub value: Vec<f64>,
     /// Their standard deviations by both covariances.
-    pub sd: DVector<f64>,
+    pub sd: Vec<f64>,
     /// All together.
     pub test: Test,
 }
@@ -125,7 +138,7 @@ pub struct Difference {
 #[derive(Debug, Clone, PartialEq)]
 pub struct Compare {
     /// The nine [`invariants`] of each, with the same bends.
-    pub invariants: [DVector<f64>; 2],
+    pub invariants: [Vec<f64>; 2],
     /// Their difference: what changes ‖a‖.
     pub magnitude: Difference,
     /// Rotation vector of the frame (rad); none where one frame is the mirror image of the other.
@@ -144,7 +157,18 @@ pub struct NormDifference {
     /// Where it is largest, with its sign.
     pub largest_mps2: f64,
     /// Direction of the largest difference, calibrated axes of the first.
-    pub largest_at: Vector3<f64>,
+    pub largest_at: [f64; 3],
+}
+
+/// The placements on faces that a sensor was fitted to.
+#[derive(Debug, Clone, Default, PartialEq)]
+pub struct Tilts {
+    /// Specific force of each, unit vectors.
+    pub faces: Vec<[f64; 3]>,
+    /// Standard deviation of each of the two components of a tilt, rad.
+    pub sd_rad: f64,
+    /// Tilts that it was estimated from; infinite where it was given.
+    pub freedom: f64,
 }
 
 /// Compares two calibrations of one sensor. None where a matrix is singular or a number is no
@@ -153,19 +177,54 @@ pub struct NormDifference {
 /// Both have the same bends: the second calibration is moved to those of the first or the other
 /// way round, whichever knows them better. If one knows nothing of them, neither is moved: what they
 /// leave open of M and b is in the covariance of the other. Equal gravities share their error.
-pub fn compare(a: &Sensor, b: &Sensor) -> Option<Compare> {
+///
+/// Where σ of the tilts was estimated from a few of them, a probability is the mean over what they leave
+/// open of it: F in place of χ² where tilts are all that tells, and the test of Behrens and Fisher with
+/// two of them (Fisher, Annals of Eugenics 6, 1935).
+pub fn compare(pair: [(&Sensor, &Tilts); 2]) -> Option<Compare> {
+    let [(a, _), (b, _)] = pair;
     if !a.is_finite() || !b.is_finite() {
         return None;
     }
-    let pair = Pair::new(a, b);
+    let gravity = a.gravity.value_mps2;
+    let pair = Pair::new(pair)?;
+    let invariants_of = |x: &Parameters| invariants(x).as_slice().to_vec();
     Some(Compare {
-        norm: pair.norm(a.gravity.value_mps2)?,
-        invariants: pair.parameters.map(|x| invariants(&x)),
-        magnitude: pair.difference([f64::INFINITY; 2], |x, y| {
-            Some(invariants(y) - invariants(x))
-        })?,
-        turn: pair.difference([a.tilt_freedom, b.tilt_freedom], turn),
+        norm: pair.norm(gravity)?,
+        invariants: pair.parameters.each_ref().map(invariants_of),
+        magnitude: pair.difference(|x, y| Some(invariants(y) - invariants(x)), products)?,
+        turn: pair.difference(turn, |_, _, _| ()),
     })
+}
+
+/// What products of errors do to the lengths of the rows of M, which slopes know nothing of: takes their
+/// expected value off a difference, and adds their covariance.
+///
+/// ‖a‖ of a pose is right whatever the angles between the axes. So an error δ of the angle xy changes the rows
+/// x and y by −δ²/2, and two calibrations by −(δ_B² − δ_A²)/2 = −d (δ_A + δ_B)/2, of which the difference d of
+/// their angles is known, and with it δ_A + δ_B: to d (v_B − v_A)/(v_A + v_B) and the variance
+/// 4 v_A v_B/(v_A + v_B). Angles that six faces leave open by 1° are worth 1.5 mm/s².
+///
+/// `fitted` are the covariances by which the fit expected squares, `own` those that hold.
+fn products(
+    difference: &mut DVector<f64>,
+    [fitted, own]: [[&DMatrix<f64>; 2]; 2],
+    covariance: &mut DMatrix<f64>,
+) {
+    for (angle, rows) in [(6, [3, 4]), (7, [3, 5]), (8, [4, 5])] {
+        let of = |both: [&DMatrix<f64>; 2]| both.map(|c| c[(angle, angle)]);
+        let ([returned_a, returned_b], [a, b]) = (of(fitted), of(own));
+        if a + b > 0.0 {
+            let square = difference[angle].powi(2);
+            let returned = SHORTFALL * (returned_b - returned_a);
+            let mean = returned - square * (b - a) / (a + b) / 2.0;
+            let variance = square * a * b / (a + b);
+            for i in rows {
+                difference[i] -= mean;
+                rows.iter().for_each(|k| covariance[(i, *k)] += variance);
+            }
+        }
+    }
 }
 
 /// Rotation vector (rad) of Q in M_A⁻¹ M_B = Q P: what a_A = Q a_B turns by. None where one frame
@@ -185,17 +244,79 @@ struct Pair {
     parameters: [Parameters; 2],
     /// Of each, at known bends.
     covariances: [Covariance; 2],
+    /// What tilts are to each.
+    tilted: [Tilted; 2],
     /// Sources of error that both depend on with different derivatives: these, times the standard
     /// deviation. Bends, the gravity of the first, of the second.
     common: Vec<[Parameters; 2]>,
 }
 
+/// The part of a covariance that tilts have. With rows J of whitened angles of faces, C Jᵀ U and Λ of
+/// J C Jᵀ = U Λ Uᵀ: with tilts of s times the variance it is C + (C Jᵀ U) D (C Jᵀ U)ᵀ, with
+/// D = (1 − 1/s)/(1 − (1 − 1/s) Λ).
+struct Tilted {
+    gain: DMatrix<f64>,
+    share: DVector<f64>,
+    /// Equally probable values of s.
+    factors: Vec<f64>,
+}
+
+impl Tilted {
+    fn new(x: &Parameters, covariance: &Covariance, gravity: f64, tilts: &Tilts) -> Option<Tilted> {
+        let to_force = matrix(x).try_inverse()?.transpose();
+        let row = |face: &Vector3<f64>, across: Vector3<f64>| {
+            let w = to_force * across / tilts.sd_rad;
+            Parameters::from_fn(|i, _| match i {
+                0..BIAS => w[i / 3] * face[i % 3],
+                BIAS..DRIFT => w[i - BIAS] / gravity,
+                _ => 0.0,
+            })
+        };
+        let faces = tilts.faces.iter().map(|face| Vector3::from(*face));
+        let rows = faces.flat_map(|face| tangents(&face).map(|across| row(&face, across)));
+        let rows: Vec<Parameters> = rows
+            .filter(|row| row.iter().all(|v| v.is_finite()))
+            .collect();
+        let by_tilts = DMatrix::from_fn(PARAMETERS, rows.len(), |i, k| rows[k][i]);
+        let covariance = DMatrix::from_column_slice(PARAMETERS, PARAMETERS, covariance.as_slice());
+        if rows.is_empty() {
+            return Some(Tilted {
+                gain: by_tilts,
+                share: DVector::zeros(0),
+                factors: vec![1.0],
+            });
+        }
+        let taken = by_tilts.tr_mul(&covariance) * &by_tilts;
+        let eigen = SymmetricEigen::try_new(taken, f64::EPSILON, MAX_STEPS)?;
+        let open = ChiSquared::new(tilts.freedom + OF_USUAL_TILT);
+        let open = open.ok().filter(|_| tilts.freedom.is_finite());
+        let quantile = |i: usize| (i as f64 + 0.5) / QUANTILES as f64;
+        Some(Tilted {
+            gain: covariance * by_tilts * eigen.eigenvectors,
+            share: eigen.eigenvalues.map(|share| share.clamp(0.0, 1.0)),
+            factors: open.map_or(vec![1.0], |open| {
+                let freedom = tilts.freedom + OF_USUAL_TILT;
+                let factor = |i| freedom / open.inverse_cdf(quantile(i)).max(f64::EPSILON);
+                (0..QUANTILES).map(factor).collect()
+            }),
+        })
+    }
+
+    /// What a covariance grows by with tilts of `factor` times the variance; `slopes` are those of what it is of.
+    fn growth(&self, slopes: &DMatrix<f64>, factor: f64) -> DMatrix<f64> {
+        let gain = slopes * &self.gain;
+        let more = 1.0 - 1.0 / factor;
+        let growth = self.share.map(|share| more / (1.0 - more * share));
+        &gain * DMatrix::from_diagonal(&growth) * gain.transpose()
+    }
+}
+
 impl Pair {
     /// At known bends C_mb C_bb⁺ is the derivative of the other parameters by these, and
     /// C_mm − C_mb C_bb⁺ C_bm is what is left.
-    fn new(a: &Sensor, b: &Sensor) -> Pair {
+    fn new(pair: [(&Sensor, &Tilts); 2]) -> Option<Pair> {
         const MIN_VARIANCE: f64 = 1e-14;
-        let both = [a, b];
+        let both = pair.map(|(sensor, _)| sensor);
         let spreads: [SMatrix<f64, 6, 6>; 2] =
             both.map(|s| s.covariance.fixed_view::<6, 6>(BENDS, BENDS).into());
         let known = spreads.iter().all(|spread| spread.trace() > 0.0);
@@ -204,9 +325,9 @@ impl Pair {
         let root = root(&spreads[better]);
         let (mut parameters, mut covariances) =
             (both.map(|s| s.parameters), both.map(|s| s.covariance));
-        let mut steps = [SMatrix::<f64, 21, 6>::zeros(); 2];
+        let mut steps = [SMatrix::<f64, PARAMETERS, 6>::zeros(); 2];
         for i in (0..2).filter(|_| known) {
-            let with_bends: SMatrix<f64, 21, 6> =
+            let with_bends: SMatrix<f64, PARAMETERS, 6> =
                 both[i].covariance.fixed_columns::<6>(BENDS).into();
             let inverse = spreads[i].pseudo_inverse(MIN_VARIANCE).unwrap_or_default();
             let by_bends = with_bends * inverse;
@@ -216,42 +337,70 @@ impl Pair {
         }
         let one = |k: usize| steps.map(|step| step.column(k).into_owned());
         let mut common: Vec<[Parameters; 2]> = (0..6).map(one).collect();
+        let [a, b] = both;
         if a.gravity != b.gravity {
             let none = Parameters::zeros();
             let by = |s: &Sensor| derivative_by_gravity(&s.parameters) * s.gravity.relative_sd();
             common.extend([[by(a), none], [none, by(b)]]);
         }
-        Pair {
+        let tilted = |i: usize| {
+            let (sensor, tilts) = pair[i];
+            let gravity = sensor.gravity.value_mps2;
+            Tilted::new(&parameters[i], &covariances[i], gravity, tilts)
+        };
+        Some(Pair {
+            tilted: [tilted(0)?, tilted(1)?],
             parameters,
             covariances,
             common,
-        }
+        })
     }
 
-    /// A difference of both. The size of each covariance is known by so many residuals: the test has the
-    /// degrees of freedom of Welch and Satterthwaite.
+    /// A difference of both; `curve` adds what is not linear in errors to it and to a covariance.
     fn difference(
         &self,
-        freedom: [f64; 2],
         f: impl Fn(&Parameters, &Parameters) -> Option<DVector<f64>>,
+        curve: impl Fn(&mut DVector<f64>, [[&DMatrix<f64>; 2]; 2], &mut DMatrix<f64>),
     ) -> Option<Difference> {
         let [a, b] = &self.parameters;
         let value = f(a, b)?;
-        let by_a = propagated(a, &self.covariances[0], |x| f(x, b))?;
-        let by_b = propagated(b, &self.covariances[1], |x| f(a, x))?;
+        let slopes = [jacobian(a, |x| f(x, b))?, jacobian(b, |x| f(a, x))?];
+        let own = |i: usize| &slopes[i] * self.covariances[i] * slopes[i].transpose();
+        let [of_a, of_b] = [own(0), own(1)];
         let mut common = DMatrix::zeros(value.len(), value.len());
         for [of_a, of_b] in &self.common {
             let slope = (f(&(a + of_a), &(b + of_b))? - f(&(a - of_a), &(b - of_b))?) / 2.0;
             common += &slope * slope.transpose();
         }
-        let (of_a, of_b) = (by_a.trace(), by_b.trace());
-        let weighed = of_a * of_a / freedom[0] + of_b * of_b / freedom[1];
-        let covariance = by_a + by_b + common;
-        let test = consistent(&value, &covariance);
+        // With tilts of other variances.
+        let tested = |[more_a, more_b]: [&DMatrix<f64>; 2]| {
+            let (own_a, own_b) = (&of_a + more_a, &of_b + more_b);
+            let (mut straight, mut covariance) = (value.clone(), &own_a + &own_b + &common);
+            let own = [[&of_a, &of_b], [&own_a, &own_b]];
+            curve(&mut straight, own, &mut covariance);
+            (consistent(&straight, &covariance), covariance)
+        };
+        let growths = [0, 1].map(|i: usize| {
+            let factors = self.tilted[i].factors.iter();
+            let growth = |factor: &f64| self.tilted[i].growth(&slopes[i], *factor);
+            factors.map(growth).collect::<Vec<_>>()
+        });
+        let none = DMatrix::zeros(value.len(), value.len());
+        let (test, covariance) = tested([&none, &none]);
+        let [in_a, in_b] = &growths;
+        let each = in_a.iter().flat_map(|a| in_b.iter().map(move |b| [a, b]));
+        let p_values: f64 = each.map(|growth| tested(growth).0.p_value).sum();
         Some(Difference {
-            sd: covariance.diagonal().map(|v| v.max(0.0).sqrt()),
-            test: test.with_freedom((of_a + of_b).powi(2) / weighed),
-            value,
+            sd: covariance
+                .diagonal()
+                .iter()
+                .map(|v| v.max(0.0).sqrt())
+                .collect(),
+            test: Test {
+                p_value: p_values / (in_a.len() * in_b.len()) as f64,
+                ..test
+            },
+            value: value.as_slice().to_vec(),
         })
     }
 
@@ -280,7 +429,7 @@ impl Pair {
             rms_mps2: (off.norm_squared() / DIRECTIONS as f64).sqrt(),
             predicted_rms_mps2: predicted.max(0.0).sqrt(),
             largest_mps2: off[largest],
-            largest_at: each[largest],
+            largest_at: each[largest].into(),
         })
     }
 }

@@ -30,9 +30,6 @@ pub struct Sensor {
     pub gravity: Gravity,
     /// Standard deviation of what the model leaves out of a length, m/s².
     pub model_error_mps2: f64,
-    /// Tilts of placements that σ_tilt, and with it the uncertainty of the frame, was estimated
-    /// from; infinite where it was given.
-    pub tilt_freedom: f64,
 }
 
 /// What is claimed of ‖a‖ along a direction.

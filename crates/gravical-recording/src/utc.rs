@@ -48,6 +48,11 @@ impl UtcTime {
         jiff::Timestamp::from_second(second).ok().map(UtcTime)
     }
 
+    /// Days from an earlier time; negative if that is later.
+    pub fn days_since(self, earlier: UtcTime) -> f64 {
+        (self.0.as_second() - earlier.0.as_second()) as f64 / 86_400.0
+    }
+
     /// Date and time of day to the minute: `2026-03-09 10:15`.
     pub fn minute(self) -> String {
         self.0.strftime("%Y-%m-%d %H:%M").to_string()

@@ -144,7 +144,7 @@ pub mod calibration_file {
 pub mod check {
     #[doc(inline)]
     pub use gravical_calibrate::check::{
-        CheckOptions, CheckReport, Judgement, StillCheck, Verdict, check,
+        CheckOptions, CheckReport, Judgement, Side, StillCheck, Verdict, check,
     };
 }
 
@@ -152,8 +152,7 @@ pub mod check {
 pub mod compare {
     #[doc(inline)]
     pub use gravical_calibrate::compare::{
-        Comparison, Judgement, MagnitudeDifference, OrientationDifference, ParameterDifference,
-        Verdict, compare,
+        Comparison, MagnitudeDifference, OrientationDifference, ParameterDifference, compare,
     };
 }
 

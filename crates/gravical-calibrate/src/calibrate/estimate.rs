@@ -330,7 +330,6 @@ fn by_ferraris(session: &Session<'_>) -> Result<Estimate> {
                 sd_mps2: session.options.gravity.uncertainty_mps2(),
             },
             model_error_mps2: 0.0,
-            tilt_freedom: f64::INFINITY,
         };
         let predicted = Some(sensor.predicted_mps2());
         reliability.predicted_mps2 = predicted.filter(|p| p.is_finite());

@@ -4,7 +4,7 @@
 use std::cmp::Ordering;
 
 use gravical_core::matrix3::{norm, sub};
-use gravical_fit::later::compare;
+use gravical_fit::later::{Tilts, compare};
 use gravical_fit::model::{BIAS, DRIFT};
 use gravical_fit::{Options, Sensor, Undetermined, centre, fit};
 
@@ -114,12 +114,18 @@ pub(super) fn one_sensor(
             sensor.covariance[(i, i)] += 0.5 * change * change;
         }
         let name = &recording.name;
+        let tilts = Tilts::default();
         let differs = alone.iter().find_map(|(other, before)| {
-            let apart = compare(before, &sensor)?.magnitude;
+            let apart = compare([before, &sensor].map(|s| (s, &tilts)))?.magnitude;
             (apart.test.p_value < CHANCE).then_some((*other, apart.value))
         });
         if let Some((other, apart)) = differs {
-            let largest = |first: usize| apart.rows(first, 3).amax();
+            let largest = |first: usize| {
+                apart[first..first + 3]
+                    .iter()
+                    .map(|v| v.abs())
+                    .fold(0.0, f64::max)
+            };
             let differ = Problem::FitsDiffer {
                 files: [other, name.as_str()].map(str::to_owned),
                 scale_percent: 100.0 * largest(3),

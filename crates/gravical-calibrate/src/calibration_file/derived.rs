@@ -2,8 +2,9 @@
 //! of a result needs attention.
 
 use gravical_core::matrix3;
+use gravical_fit::later::Tilts;
 use gravical_fit::model::{BENDS, BIAS, Covariance as ParameterCovariance, DRIFT, Parameters};
-use gravical_fit::{Deviations, Gravity, Sensor, covariance_by_gravity, deviations};
+use gravical_fit::{Deviations, Face, Gravity, Sensor, covariance_by_gravity, deviations};
 
 use super::{
     Accelerometer, Budget, CHANNELS, COVERAGE, Calibration, ChannelDrift, Covariance, DriftVerdict,
@@ -77,13 +78,6 @@ impl Calibration {
         covariance: ParameterCovariance,
         model_error_mps2: f64,
     ) -> Option<Sensor> {
-        // Tilts that σ_tilt was estimated from.
-        let tilt_freedom = match (self.reliability.fit, self.reliability.pose_tilt_deg) {
-            (Some(fit), Some(tilt)) if tilt.source == TiltSource::Estimated => {
-                fit.tilt_degrees_of_freedom
-            }
-            _ => f64::INFINITY,
-        };
         Some(Sensor {
             parameters: self.accelerometer.parameters()?,
             covariance,
@@ -92,8 +86,26 @@ impl Calibration {
                 sd_mps2: self.gravity_sd_mps2,
             },
             model_error_mps2,
-            tilt_freedom,
         })
+    }
+
+    /// The faces that hold the frame, and how well they lie; none where they do not.
+    pub(crate) fn tilts(&self) -> Tilts {
+        let fit = self.reliability.fit.filter(|fit| fit.oriented);
+        let (Some(fit), Some(tilt)) = (fit, self.reliability.pose_tilt_deg) else {
+            return Tilts::default();
+        };
+        let poses = self.poses.iter();
+        let faces = poses.filter(|p| p.kind == PoseKind::Face && p.fitted);
+        let face = |p: &PoseResult| Face::nearest(p.expected).0.direction();
+        Tilts {
+            faces: faces.map(face).collect(),
+            sd_rad: tilt.value.to_radians(),
+            freedom: match tilt.source {
+                TiltSource::Estimated => fit.tilt_degrees_of_freedom,
+                TiltSource::Given | TiltSource::Assumed => f64::INFINITY,
+            },
+        }
     }
 
     /// The drift with temperature, if a channel is corrected.

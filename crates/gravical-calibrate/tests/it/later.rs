@@ -71,7 +71,7 @@ fn says(reasons: &[String], words: &str) -> bool {
 #[test]
 fn one_pose_is_enough_and_says_what_it_does_not_test() {
     let report = checked(&calibration(), &[rest(4, 300, [0.0; 3], G, 90)]);
-    assert_judged(&report, Judgement::Fits);
+    assert_judged(&report, Judgement::Agrees);
     assert_eq!(report.static_intervals.len(), 1);
     assert_eq!(report.static_intervals[0].nearest, "+z");
     assert_eq!(report.untested_axes, ["x", "y"]);
@@ -89,7 +89,7 @@ fn a_share_is_gravity_where_it_is_given() {
         ..CheckOptions::default()
     };
     let there = check(&file, "cal.json", &session, &options).unwrap();
-    assert_judged(&there, Judgement::Fits);
+    assert_judged(&there, Judgement::Agrees);
     assert!(has(&there.findings, "gravity-differs"));
 }
 
@@ -148,7 +148,7 @@ fn the_drift_is_taken_off() {
     file.temperature_c = at(25.0);
     file.drift = Some(serde_json::from_value(model).unwrap());
     let report = checked(&file, &later);
-    assert_judged(&report, Judgement::Fits);
+    assert_judged(&report, Judgement::Agrees);
     assert!(!has(&report.findings, "temperature-outside"));
     later[0].temperature_c = None;
     let report = checked(&file, &later);
@@ -193,19 +193,19 @@ fn turned(file: &Calibration, by: [f64; 3]) -> Calibration {
 fn a_turned_board_differs_in_orientation_alone() {
     let a = file(1e-4);
     let result = compared(&a, &turned(&a, [0.0, 0.0, 0.02]));
-    assert_eq!(result.magnitude.judgement, Judgement::Agree);
+    assert_eq!(result.magnitude.judgement, Judgement::Agrees);
     assert!(result.magnitude.norm_rms_mps2 < 1e-9);
     let orientation = result.orientation.as_ref().unwrap();
-    assert_eq!(orientation.judgement, Judgement::Differ);
+    assert_eq!(orientation.judgement, Judgement::Differs);
     assert!((orientation.angle_deg - 0.02_f64.to_degrees()).abs() < 1e-9);
     assert!((orientation.axis[2].abs() - 1.0).abs() < 1e-9);
-    assert_eq!(result.verdict.judgement, Judgement::Differ);
+    assert_eq!(result.verdict.judgement, Judgement::Differs);
     // σ of a rotation about one axis: two rows of two elements each.
     let sigma = result.parameters[11].sigma.unwrap().to_radians();
     assert!((sigma - 1e-4).abs() < 1e-5, "{sigma}");
     // A board that was put in on its side is still the same sensor.
     let side = compared(&a, &turned(&a, [1.2, -0.4, 0.9]));
-    assert_eq!(side.magnitude.judgement, Judgement::Agree);
+    assert_eq!(side.magnitude.judgement, Judgement::Agrees);
 }
 
 #[test]
@@ -250,7 +250,7 @@ fn another_gravity_is_told_and_taken_off() {
     b.accelerometer.matrix = a.accelerometer.matrix.map(|r| r.map(|v| v * 1.002));
     let result = compared(&a, &b);
     assert!(has(&result.findings, "gravity-differs"));
-    assert_eq!(result.magnitude.judgement, Judgement::Differ);
+    assert_eq!(result.magnitude.judgement, Judgement::Differs);
     // Assumed, it may be the same: the covariance of a file contains it.
     b.gravity_sd_mps2 = 0.015;
     let m = b.accelerometer.parameters().unwrap() * (0.015 / b.gravity_mps2);
@@ -258,7 +258,7 @@ fn another_gravity_is_told_and_taken_off() {
     for (i, k) in (0..81).map(|n| (n / 9, n % 9)) {
         values[i][k] += m[i] * m[k];
     }
-    assert_eq!(compared(&a, &b).verdict.judgement, Judgement::Agree);
+    assert_eq!(compared(&a, &b).verdict.judgement, Judgement::Agrees);
 }
 
 #[test]
@@ -275,7 +275,7 @@ fn shared_recordings_and_equal_files_prove_nothing() {
     assert!(has(&result.findings, "same-recordings"));
     assert_eq!(result.verdict.judgement, Judgement::Undecided);
     let same = compared(&a, &a.clone());
-    assert_eq!(same.verdict.judgement, Judgement::Undecided);
+    assert_eq!(same.verdict.judgement, Judgement::Agrees);
     // What may be behind a difference.
     (a.sensor.id, b.sensor.id) = (Some("1".into()), Some("2".into()));
     b.accelerometer.bias[0] += 1.0;
@@ -299,7 +299,7 @@ fn without_faces_the_frame_is_a_convention() {
     let result = compared(&a, &b);
     assert!(says(&result.verdict.reasons, "faces on less than two axes"));
     assert_eq!(result.orientation.unwrap().judgement, Judgement::Undecided);
-    assert_eq!(result.verdict.judgement, Judgement::Agree);
+    assert_eq!(result.verdict.judgement, Judgement::Agrees);
 }
 
 #[test]
@@ -309,6 +309,6 @@ fn mirror_images_differ() {
     b.accelerometer.matrix[2] = a.accelerometer.matrix[2].map(|v| -v);
     let result = compared(&a, &b);
     assert!(has(&result.findings, "frames-mirrored"));
-    assert_eq!(result.verdict.judgement, Judgement::Differ);
+    assert_eq!(result.verdict.judgement, Judgement::Differs);
     assert_eq!(result.parameters.len(), 9);
 }

@@ -24,7 +24,7 @@ Examples:
   gravical check cal.json today.csv
   gravical check cals/ today.csv --sensor-id left-foot
 
-Exit codes: 0 fits or cannot be decided, 3 bad input, 4 does not fit (p < 0.01)")]
+Exit codes: 0 agrees or undecided, 3 bad input, 4 does not fit (p < 0.01)")]
 pub struct Args {
     /// File of `gravical calibrate` or imucal, or a folder
     #[arg(value_name = "CAL")]

@@ -18,7 +18,7 @@ use crate::report::{ResultArgs, with_origin};
 #[command(after_help = "\
 Example: gravical compare march.json november.json
 
-Exit codes: 0 they agree, or it cannot be decided; 3 bad input; 4 they differ by
+Exit codes: 0 agrees or undecided; 3 bad input; 4 they differ by
 more than their uncertainty (p < 0.01 for both parts together).")]
 pub struct Args {
     /// First calibration, of gravical or imucal

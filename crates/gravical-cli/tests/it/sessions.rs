@@ -101,7 +101,7 @@ fn the_gyroscope_of_the_only_recording_is_joined() {
     // A recording of the calibration, known by its checksum, does not count beside a new one.
     let both = json(at, "check cal.json z_axis_pos.csv one/session.csv", 0);
     finding(&both, "same-recordings");
-    assert_eq!(both["verdict"]["judgement"], "fits");
+    assert_eq!(both["verdict"]["judgement"], "agrees");
     let counts = list(&both["static_intervals"]).map(|s| s["counts"] == true);
     assert_eq!(counts.collect::<Vec<_>>(), [false, true]);
     ends(at, "check cal.json one/session.csv --gravity 20", 2);

@@ -65,19 +65,22 @@ fn fitted(rng: &mut ChaCha8Rng, directions: usize, sd_of_bends: f64, bends: &Par
             sd_mps2: 0.0,
         },
         model_error_mps2: 0.0,
-        tilt_freedom: f64::INFINITY,
     }
 }
 
 fn stills(rng: &mut ChaCha8Rng, count: usize, x: &Parameters) -> Vec<StaticMean> {
+    let mut noise = || Vector3::from_fn(|_, _| NOISE * normal(rng));
     let still = |n: Vector3<f64>| StaticMean {
-        mean: matrix(x) * n * (G * (1.0 + bend(x, &n)))
-            + bias(x, 0.0)
-            + Vector3::from_fn(|_, _| NOISE * normal(rng)),
-        sd: Vector3::repeat(NOISE),
+        mean: (matrix(x) * n * (G * (1.0 + bend(x, &n))) + bias(x, 0.0) + noise()).into(),
+        sd: [NOISE; 3],
         sd_of_length_mps2: 0.0,
     };
     sphere(count).map(still).collect()
+}
+
+fn compared(a: &Sensor, b: &Sensor) -> Option<Compare> {
+    let none = Tilts::default();
+    compare([(a, &none), (b, &none)])
 }
 
 fn share_below(values: &[f64], level: f64) -> f64 {
@@ -102,8 +105,6 @@ fn chi_square_of_any_rank() {
     for (chi2, rank, p) in [(6.635, 1, 0.01), (16.919, 9, 0.05), (26.217, 12, 0.01)] {
         assert!((Test::new(chi2, rank).p_value - p).abs() < 1e-5);
     }
-    // F of 3 and 10 degrees of freedom: 6.552 at 1 %.
-    assert!((Test::new(3.0 * 6.552, 3).with_freedom(10.0).p_value - 0.01).abs() < 1e-5);
 }
 
 #[test]
@@ -128,7 +129,7 @@ fn nothing_to_test_is_no_panic() {
     singular.parameters = Parameters::zeros();
     (a.parameters[0], b.parameters[10], c.parameters[20]) = (f64::NAN, f64::NAN, f64::NAN);
     for bad in [singular, a, b, c] {
-        assert!(check(&bad, None, &some, |_| true).is_none() && compare(&good, &bad).is_none());
+        assert!(check(&bad, None, &some, |_| true).is_none() && compared(&good, &bad).is_none());
     }
 }
 
@@ -145,9 +146,61 @@ fn bends_are_shared() {
             (BENDS..21).for_each(|i| bends[i] = 0.002 * normal(&mut rng));
             let a = fitted(&mut rng, first, 0.002, &bends);
             let b = fitted(&mut rng, second, sd, &bends);
-            p.push(compare(&a, &b).unwrap().magnitude.test.p_value);
+            p.push(compared(&a, &b).unwrap().magnitude.test.p_value);
         }
         let share = share_below(&p, 0.05);
         assert!((0.005..=0.09).contains(&share), "{first} {second}: {share}");
     }
+}
+
+/// Of a turn that two tilts of each face tell, of which σ was estimated from so many tilts: F in place of χ².
+#[test]
+fn estimated_tilts_are_tested_by_f() {
+    let sd_rad = 0.01;
+    let mut faces = Vec::new();
+    for i in 0..3 {
+        for sign in [1.0, -1.0] {
+            let mut face = [0.0; 3];
+            face[i] = sign;
+            faces.push(face);
+        }
+    }
+    // Of a turn about each axis four tilts tell.
+    let variance = sd_rad * sd_rad / 4.0;
+    let mut sensor = fitted(
+        &mut ChaCha8Rng::seed_from_u64(1),
+        12,
+        0.0,
+        &Parameters::zeros(),
+    );
+    sensor.parameters = Parameters::zeros();
+    (0..3).for_each(|i| sensor.parameters[4 * i] = 1.0);
+    sensor.covariance = Covariance::zeros();
+    for axis in 0..3 {
+        let (i, k) = ((axis + 1) % 3, (axis + 2) % 3);
+        let turn = Parameters::from_fn(|p, _| match p {
+            p if p == 3 * i + k => -1.0,
+            p if p == 3 * k + i => 1.0,
+            _ => 0.0,
+        });
+        sensor.covariance += turn * turn.transpose() * variance;
+    }
+    let exact = Sensor {
+        covariance: Covariance::zeros(),
+        ..sensor.clone()
+    };
+    // F of 3 and 10 degrees of freedom: 6.552 at 1 %.
+    let by = (6.552 * variance).sqrt();
+    let mut turned = exact;
+    let q = Rotation3::new(Vector3::repeat(by));
+    (0..9).for_each(|i| turned.parameters[i] = q.matrix()[(i / 3, i % 3)]);
+    let freedom = 10.0 - OF_USUAL_TILT;
+    let tilts = Tilts {
+        faces,
+        sd_rad,
+        freedom,
+    };
+    let found = compare([(&sensor, &tilts), (&turned, &Tilts::default())]).unwrap();
+    let p = found.turn.unwrap().test.p_value;
+    assert!((p / 0.01 - 1.0).abs() < 0.2, "{p}");
 }

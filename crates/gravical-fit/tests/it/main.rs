@@ -6,6 +6,7 @@
 #[path = "../../../../tests/support/sampled.rs"]
 mod sampled;
 
+mod compare;
 mod properties;
 #[allow(dead_code, reason = "the example uses more of it")]
 mod sessions;

@@ -131,14 +131,14 @@ def check(calibration: Any, session: Any, **options: Any) -> Result:
 
     Its keywords are ``gravity``, ``latitude``, ``altitude`` (by default that of the calibration) and
     ``axes``, as of :func:`gravical.calibrate`, and those of :func:`gravical.read`.
-    ``verdict.judgement`` is ``"fits"``, ``"does-not-fit"`` or ``"undecided"``.
+    ``verdict.judgement`` is ``"agrees"``, ``"does-not-fit"`` or ``"undecided"``.
     """
     return Result._of(_run("check", session, options, calibration))
 
 
 def compare(first: Any, second: Any) -> Result:
     """Test whether two calibrations, paths of them, or objects of imucal differ by more than their
-    uncertainty: ``verdict.judgement`` is ``"agree"``, ``"differ"`` or ``"undecided"``."""
+    uncertainty: ``verdict.judgement`` is ``"agrees"``, ``"differs"`` or ``"undecided"``."""
     (a, name_a), (b, name_b) = calibration_of(first), calibration_of(second)
     if name_a == name_b:
         name_a, name_b = f"first {name_a}", f"second {name_b}"

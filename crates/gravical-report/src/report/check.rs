@@ -1,9 +1,9 @@
 //! Reports of a check of a calibration, and of a comparison of two.
 
 use gravical::calibration_file::Grade;
-use gravical::check::{CheckReport, Judgement, StillCheck};
+use gravical::check::{CheckReport, Judgement, Side, StillCheck};
 use gravical::compare::Comparison;
-use gravical::numfmt::{count, decimals_for, fixed, milli_g, signed, unit, words};
+use gravical::numfmt::{count, decimals_for, duration_text, fixed, milli_g, signed, unit};
 use gravical::poses::face::in_words;
 
 use super::{gravity_source, short_name};
@@ -32,19 +32,25 @@ pub fn check(report: &CheckReport) -> Document<'static> {
         ..Document::new(format!("Check of {calibration}"))
     }
     .with(intervals(report))
+    .with(sides(
+        "Dates and sensors",
+        ["calibration", "recordings"],
+        [String::new(), String::new()],
+        (&report.sides, report.age_days),
+    ))
     .with_findings(&report.findings, report.recordings.len() > 1)
 }
 
 /// The verdict of `check` or `compare`, with the next step.
 fn judged(verdict: &gravical::check::Verdict, next: Option<&str>) -> Verdict {
     let grade = match verdict.judgement {
-        Judgement::Fits | Judgement::Agree => Grade::Good,
-        Judgement::DoesNotFit | Judgement::Differ => Grade::Poor,
+        Judgement::Agrees => Grade::Good,
+        Judgement::DoesNotFit | Judgement::Differs => Grade::Poor,
         Judgement::Undecided => Grade::NotVerifiable,
     };
     Verdict {
         grade,
-        word: words(&verdict.judgement),
+        word: verdict.judgement.name(),
         conclusion: None,
         reasons: verdict.reasons.clone(),
         next: next.map(str::to_owned).into_iter().collect(),
@@ -108,6 +114,40 @@ fn intervals(report: &CheckReport) -> Section<'static> {
     Section::new("Static intervals").with(table)
 }
 
+/// Dates and sensors of what is held against each other, after what is already said of each.
+fn sides(
+    heading: &'static str,
+    names: [&'static str; 2],
+    said: [String; 2],
+    (sides, age_days): (&[Side; 2], Option<f64>),
+) -> Section<'static> {
+    let mut section = Section::new(heading);
+    for ((name, said), side) in names.into_iter().zip(said).zip(sides) {
+        let sensor = &side.sensor;
+        let facts = [
+            Some(said).filter(|said| !said.is_empty()),
+            Some(side.recorded.map_or_else(
+                || "no date of recording".to_owned(),
+                |time| format!("recorded {}", time.minute()),
+            )),
+            side.created.as_ref().map(|time| format!("created {time}")),
+            sensor.model.clone(),
+            sensor.id.as_ref().map(|id| format!("sensor \"{id}\"")),
+            (sensor.id.is_none() && sensor.model.is_none()).then(|| "sensor not named".to_owned()),
+        ];
+        let facts: Vec<String> = facts.into_iter().flatten().collect();
+        section = section.fact(name, facts.join(", "));
+    }
+    let age = age_days.map_or_else(
+        || "not known".to_owned(),
+        |days| match duration_text(86_400.0 * days.abs()) {
+            age if days < 0.0 => format!("{age}, the first is the later one"),
+            age => age,
+        },
+    );
+    section.fact("between them", age)
+}
+
 /// The document of a comparison.
 pub fn comparison(c: &Comparison) -> Document<'static> {
     let of = |i: usize| {
@@ -116,7 +156,6 @@ pub fn comparison(c: &Comparison) -> Document<'static> {
         let (file, g) = (&c.files[i], c.gravity_mps2[i]);
         format!("{file}: g = {g:.5} m/s²{temperature}")
     };
-    let calibrations = Section::new("Calibrations");
     let [a, b] = c.files.each_ref().map(|file| short_name(file));
     let frame = c.orientation.as_ref().map(|o| {
         let axis = o.axis.map(|v| signed(v, 2)).join(", ");
@@ -131,7 +170,12 @@ pub fn comparison(c: &Comparison) -> Document<'static> {
     .with(magnitude(c))
     .with(parameters(c))
     .with(frame)
-    .with(calibrations.fact("A", of(0)).fact("B", of(1)))
+    .with(sides(
+        "Calibrations",
+        ["A", "B"],
+        [of(0), of(1)],
+        (&c.sides, c.age_days),
+    ))
     .with_findings(&c.findings, true)
 }
 
