@@ -27,7 +27,7 @@
 //!
 //! // White noise of standard deviation 0.0289 at 100 Hz: N = 0.00289.
 //! let samples: Vec<f64> = (0..50_000).map(|_| 0.1 * uniform()).collect();
-//! let channel = noise_of_samples("ax", &samples, 0.01);
+//! let channel = noise_of_samples("ax", &samples, 0.01, 0.0);
 //! let n = channel.n.unwrap();
 //! assert!(n.low < 0.00289 && 0.00289 < n.high);
 //! assert!(channel.k.is_none());
@@ -163,11 +163,14 @@ pub fn noise_of(mut recording: Recording) -> Result<NoiseResult> {
     })
 }
 
-/// Noise of one channel from samples in memory, `period_s` apart. Samples must be finite; a name that
-/// begins with `g` is a gyroscope.
+/// Noise of one channel from samples in memory, `period_s` apart, in steps of `step`, 0 if unknown.
+/// Samples must be finite; a name that begins with `g` is a gyroscope.
 #[doc(hidden)]
-pub fn noise_of_samples(channel: &str, samples: &[f64], period_s: f64) -> ChannelNoise {
-    noise_of_segments(channel, &[samples.to_vec()], period_s)
+pub fn noise_of_samples(channel: &str, samples: &[f64], period_s: f64, step: f64) -> ChannelNoise {
+    let segments = [samples.to_vec()];
+    let mut channel = noise_of_segments(channel, &segments, period_s);
+    hide_below_resolution(&mut channel, &segments, step, period_s);
+    channel
 }
 
 /// The rows at rest that are used, and the sampling rate, Hz.

@@ -90,7 +90,7 @@ fn noise_behind_a_low_pass_is_that_of_long_averaging_times() {
         state
     };
     let samples: Vec<f64> = (0..400_000).map(&mut sample).collect();
-    let channel = noise_of_samples("ax", &samples, 0.01);
+    let channel = noise_of_samples("ax", &samples, 0.01, 0.0);
     let n = channel.n.unwrap();
     assert!((n.value / 0.003 - 1.0).abs() < 0.05, "{n:?}");
     assert!(channel.fit.unwrap().from_s > 1.0);
@@ -105,10 +105,10 @@ fn a_channel_without_values_is_left_out() {
     let result = of(&text.replace("NaN", ""));
     assert!(kinds(&result).contains(&"empty-cells"));
     assert_eq!(result.channels.len(), 5);
-    let nothing = noise_of_samples("ax", &[], 0.01);
+    let nothing = noise_of_samples("ax", &[], 0.01, 0.0);
     assert!(nothing.adev.is_empty() && nothing.n.is_none());
     // A channel that never changes is not empty.
-    let constant = noise_of_samples("ax", &[9.8; 100], 0.01);
+    let constant = noise_of_samples("ax", &[9.8; 100], 0.01, 0.0);
     assert!(!constant.adev.is_empty() && constant.not_observable.len() == 3);
 }
 
@@ -123,7 +123,7 @@ fn a_steady_drift_is_told_from_a_random_walk() {
         walk += 1e-4 * 0.1 * normal();
         wandering.push(0.03 * normal() + walk);
     }
-    let of = |samples: &[f64]| noise_of_samples("ax", samples, 0.01);
+    let of = |samples: &[f64]| noise_of_samples("ax", samples, 0.01, 0.0);
     let (drifting, wandering) = (of(&drifting), of(&wandering));
     let drift = drifting.fit.unwrap().drift_per_s.unwrap();
     assert!((drift / 1e-5 - 1.0).abs() < 0.05, "{drift:e}");
