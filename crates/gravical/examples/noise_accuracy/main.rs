@@ -66,13 +66,17 @@ const KINDS: [(&str, f64, [f64; 3], Change); 20] = [
 fn main() {
     let mut args = std::env::args().skip(1);
     let recordings: u64 = args.find_map(|a| a.parse().ok()).unwrap_or(200);
-    println!("| recording | trend | term | known | rms error, % | mean error, % | 95 % intervals hold | upper limits hold |");
+    println!(
+        "| recording | trend | term | known | rms error, % | mean error, % | 95 % intervals hold | upper limits hold |"
+    );
     println!("|---|---|---|---|---|---|---|---|");
     for (i, (name, hours, truth, change)) in KINDS.into_iter().enumerate() {
         let first = FIRST_SEED + 10_000 * i as u64;
         let half = recordings / 2;
         let run = |seeds: std::ops::Range<u64>| -> Vec<ChannelNoise> {
-            seeds.map(|seed| run(hours, truth, change, first + seed)).collect()
+            seeds
+                .map(|seed| run(hours, truth, change, first + seed))
+                .collect()
         };
         let results = std::thread::scope(|scope| {
             let other = scope.spawn(|| run(half..recordings));
@@ -80,7 +84,7 @@ fn main() {
             results.extend(other.join().unwrap());
             results
         });
-        let has_drift = |r: &&ChannelNoise| r.fit.is_some_and(|fit| fit.drift_per_s.is_some());
+        let has_drift = |r: &&ChannelNoise| r.fit.is_some_and(|fit| fit.drift.is_some());
         let drifting = results.iter().filter(has_drift).count() as f64 / recordings as f64;
         let mut name = format!("{name} | {:.0} %", 100.0 * drifting);
         for (term, truth) in Term::ALL.into_iter().zip(truth) {
@@ -102,7 +106,9 @@ fn run(hours: f64, truth: [f64; 3], change: Change, seed: u64) -> ChannelNoise {
         Step(sigmas) => {
             resolution = sigmas * N / PERIOD_S.sqrt();
             let level = resolution * between(1.0, 2.0);
-            samples.iter_mut().for_each(|x| *x = ((*x + level) / resolution).round() * resolution);
+            samples
+                .iter_mut()
+                .for_each(|x| *x = ((*x + level) / resolution).round() * resolution);
         }
         OnePole(share) => one_pole(&mut samples, share),
         TwoPoles(share) => two_poles(&mut samples, share),
@@ -113,7 +119,10 @@ fn run(hours: f64, truth: [f64; 3], change: Change, seed: u64) -> ChannelNoise {
         }
         Linear => {
             let per_s = between(0.01, 0.1) / 3600.0;
-            samples.iter_mut().enumerate().for_each(|(k, x)| *x += per_s * t_s(k));
+            samples
+                .iter_mut()
+                .enumerate()
+                .for_each(|(k, x)| *x += per_s * t_s(k));
         }
     }
     noise_of_samples("ax", &samples, PERIOD_S, resolution)
@@ -134,7 +143,10 @@ fn two_poles(samples: &mut [f64], share: f64) {
     let k = (0.5 * PI * share).tan();
     let norm = 1.0 / (1.0 + 2_f64.sqrt() * k + k * k);
     let b = k * k * norm;
-    let [a1, a2] = [2.0 * (k * k - 1.0) * norm, (1.0 - 2_f64.sqrt() * k + k * k) * norm];
+    let [a1, a2] = [
+        2.0 * (k * k - 1.0) * norm,
+        (1.0 - 2_f64.sqrt() * k + k * k) * norm,
+    ];
     let [mut z1, mut z2] = [0.0; 2];
     for x in samples {
         let y = b * *x + z1;
