@@ -24,13 +24,15 @@ const REWEIGHTINGS: usize = 6;
 const MIN_FREEDOM: f64 = 4.0;
 /// Deviation of a point that the model does not explain, in standard deviations.
 const MAX_DEVIATION: f64 = 4.0;
+/// The same behind a low-pass, where a part of it that is left would bias N.
+const BEHIND: f64 = 2.0;
 /// Points at the short end that have to agree with the model, and fewest points of a fit.
 const TESTED: usize = 3;
 const MIN_POINTS: usize = 6;
 /// Octaves that are left out after those that disagree visibly: what they may hide has decayed then.
 const MORE: usize = 1;
 /// The part of a low-pass that is seen, in standard deviations.
-const SEEN: f64 = 3.0;
+const SEEN: f64 = 4.0;
 /// Behind a low-pass, N is seen where all else is less than this part of the Allan variance: the slope
 /// of the deviation is −½ to 0.1 there.
 const MAX_ELSE: f64 = 0.2;
@@ -329,11 +331,11 @@ pub fn fit_noise(points: &NoisePoints) -> Option<NoiseFit> {
         return None;
     }
     let last = points.variance.len().saturating_sub(MIN_POINTS);
-    let agrees = |used: &NoisePoints| {
+    let agrees = |used: &NoisePoints, within: f64| {
         used.reweighted().is_some_and(|model| {
             let deviations = used.deviations(&model);
             let mut tested = used.misfits(&model, &deviations).take(TESTED);
-            tested.all(|misfit| misfit.abs() < MAX_DEVIATION)
+            tested.all(|misfit| misfit.abs() < within)
         })
     };
     let filtered = points.after(0, true);
@@ -341,9 +343,9 @@ pub fn fit_noise(points: &NoisePoints) -> Option<NoiseFit> {
         let variance = filtered.square_variance(&model, None);
         variance.is_some_and(|v| model.edge.abs() > SEEN * v.sqrt())
     });
-    let first = match agrees(points) && !is_filtered {
+    let first = match agrees(points, MAX_DEVIATION) && !is_filtered {
         true => None,
-        false => (0..=last).find(|first| agrees(&points.after(*first, true))),
+        false => (0..=last).find(|first| agrees(&points.after(*first, true), BEHIND)),
     };
     let used = match first {
         None => points.clone(),

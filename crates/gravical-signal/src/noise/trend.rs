@@ -14,12 +14,12 @@ use nalgebra::{DMatrix, DVector};
 const BLOCKS: usize = 256;
 const MIN_BLOCKS: usize = 32;
 /// What −2 ln L has to fall by for a random walk, a line, an exponential.
-const FOR_WALK: f64 = 6.0;
-const FOR_LINE: f64 = 10.0;
-const FOR_EXPONENTIAL: f64 = 15.0;
-/// Time constants that are tried, over the length of the recording: from 1/48, by √2.
-const SHORTEST: f64 = 1.0 / 48.0;
-const CONSTANTS: i32 = 14;
+const FOR_WALK: f64 = 3.0;
+const FOR_LINE: f64 = 12.0;
+const FOR_EXPONENTIAL: f64 = 13.0;
+/// Time constants that are tried, over the length of the recording: from 1/96, by √2.
+const SHORTEST: f64 = 1.0 / 96.0;
+const CONSTANTS: i32 = 16;
 const ITERATIONS: usize = 40;
 
 /// A trend: a line, an exponential, or both.
@@ -64,46 +64,61 @@ pub fn find_slow(samples: &[f64]) -> Slow {
         &cosines * DVector::from_fn(count, |k, _| of((k as f64 + 0.5) / count as f64))
     };
     let line = shape(&|t| t);
-    let mut trends = vec![
-        (0.0, f64::INFINITY, vec![]),
-        (FOR_LINE, f64::INFINITY, vec![line.clone()]),
-    ];
-    for k in 0..CONSTANTS {
-        let constant = SHORTEST * 2_f64.powf(0.5 * f64::from(k));
-        let exponential = shape(&|t| (-t / constant).exp());
-        trends.push((FOR_EXPONENTIAL, constant, vec![exponential.clone()]));
-        if constant < 0.5 {
-            trends.push((
-                FOR_LINE + FOR_EXPONENTIAL,
-                constant,
-                vec![line.clone(), exponential],
-            ));
-        }
-    }
     let length = (count * width) as f64;
     let mut best = (f64::INFINITY, Slow::default());
-    for (penalty, constant, columns) in trends {
+    // Tries a trend with and without a walk; the score without.
+    let mut compare = |penalty: f64, constant: f64, columns: &[DVector<f64>], has_line: bool| {
+        let mut without = f64::INFINITY;
         for walks in [false, true] {
-            let Some((deviance, sizes)) = deviance(&values, &columns, walks) else {
+            let Some((deviance, sizes)) = deviance(&values, columns, walks) else {
                 continue;
             };
             let score = deviance + penalty + if walks { FOR_WALK } else { 0.0 };
+            if !walks {
+                without = score;
+            }
             if score < best.0 {
-                let trend = (!columns.is_empty()).then(|| Trend {
-                    slope: if columns.len() == 2 || constant.is_infinite() {
-                        sizes[0] / length
-                    } else {
-                        0.0
-                    },
-                    size: if constant.is_finite() {
-                        sizes[sizes.len() - 1]
-                    } else {
-                        0.0
-                    },
+                let part = |is_there: bool, size: Option<&f64>| {
+                    size.copied().filter(|_| is_there).unwrap_or(0.0)
+                };
+                let trend = Trend {
+                    slope: part(has_line, sizes.first()) / length,
+                    size: part(constant.is_finite(), sizes.last()),
                     constant: constant * length,
-                });
+                };
+                let trend = (!columns.is_empty()).then_some(trend);
                 best = (score, Slow { trend, walks });
             }
+        }
+        without
+    };
+    compare(0.0, f64::INFINITY, &[], false);
+    compare(FOR_LINE, f64::INFINITY, &[line.clone()], true);
+    let mut exponential = |constant: f64| {
+        let column = shape(&|t| (-t / constant).exp());
+        let alone = compare(FOR_EXPONENTIAL, constant, &[column.clone()], false);
+        // A longer one is a line.
+        if constant >= 0.5 {
+            return alone;
+        }
+        let both = [line.clone(), column];
+        alone.min(compare(FOR_LINE + FOR_EXPONENTIAL, constant, &both, true))
+    };
+    let mut nearest = (f64::INFINITY, SHORTEST);
+    let mut try_one = |constant: f64, nearest: &mut (f64, f64)| {
+        let score = exponential(constant);
+        if score < nearest.0 {
+            *nearest = (score, constant);
+        }
+    };
+    for k in 0..CONSTANTS {
+        try_one(SHORTEST * 2_f64.powf(0.5 * f64::from(k)), &mut nearest);
+    }
+    // A time constant that is off leaves what looks like a walk.
+    for step in [0.25, 0.125, 0.0625, 0.031] {
+        let middle = nearest.1;
+        for exponent in [-step, step] {
+            try_one(middle * 2_f64.powf(exponent), &mut nearest);
         }
     }
     best.1
