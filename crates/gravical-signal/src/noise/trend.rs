@@ -14,7 +14,9 @@ use nalgebra::{DMatrix, DVector};
 const BLOCKS: usize = 256;
 const MIN_BLOCKS: usize = 32;
 /// What −2 ln L has to fall by for a random walk, a line, an exponential.
-const FOR_WALK: f64 = 3.0;
+const FOR_WALK: f64 = 2.0;
+/// A walk is believed if trends alone are worse even at this part of their penalty.
+const IN_DOUBT: f64 = 0.5;
 const FOR_LINE: f64 = 12.0;
 const FOR_EXPONENTIAL: f64 = 13.0;
 /// Time constants that are tried, over the length of the recording: from 1/96, by √2.
@@ -66,6 +68,7 @@ pub fn find_slow(samples: &[f64]) -> Slow {
     let line = shape(&|t| t);
     let length = (count * width) as f64;
     let mut best = (f64::INFINITY, Slow::default());
+    let mut trend_alone = f64::INFINITY;
     // Tries a trend with and without a walk; the score without.
     let mut compare = |penalty: f64, constant: f64, columns: &[DVector<f64>], has_line: bool| {
         let mut without = f64::INFINITY;
@@ -76,6 +79,7 @@ pub fn find_slow(samples: &[f64]) -> Slow {
             let score = deviance + penalty + if walks { FOR_WALK } else { 0.0 };
             if !walks {
                 without = score;
+                trend_alone = trend_alone.min(deviance + IN_DOUBT * penalty);
             }
             if score < best.0 {
                 let part = |is_there: bool, size: Option<&f64>| {
@@ -93,10 +97,15 @@ pub fn find_slow(samples: &[f64]) -> Slow {
         without
     };
     compare(0.0, f64::INFINITY, &[], false);
-    compare(FOR_LINE, f64::INFINITY, &[line.clone()], true);
+    compare(FOR_LINE, f64::INFINITY, std::slice::from_ref(&line), true);
     let mut exponential = |constant: f64| {
         let column = shape(&|t| (-t / constant).exp());
-        let alone = compare(FOR_EXPONENTIAL, constant, &[column.clone()], false);
+        let alone = compare(
+            FOR_EXPONENTIAL,
+            constant,
+            std::slice::from_ref(&column),
+            false,
+        );
         // A longer one is a line.
         if constant >= 0.5 {
             return alone;
@@ -121,7 +130,9 @@ pub fn find_slow(samples: &[f64]) -> Slow {
             try_one(middle * 2_f64.powf(exponent), &mut nearest);
         }
     }
-    best.1
+    let (score, slow) = best;
+    let walks = slow.walks && score < trend_alone;
+    Slow { walks, ..slow }
 }
 
 /// The orthonormal cosine transform without its first row, the mean.

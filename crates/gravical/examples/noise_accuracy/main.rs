@@ -87,7 +87,7 @@ fn main() {
         let results = std::thread::scope(|scope| {
             let other = scope.spawn(|| run(half..recordings));
             let mut results = run(0..half);
-            results.extend(other.join().unwrap());
+            results.extend(other.join().into_iter().flatten());
             results
         });
         let has_drift = |r: &&ChannelNoise| r.fit.is_some_and(|fit| fit.drift.is_some());
