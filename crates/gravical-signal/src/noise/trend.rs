@@ -15,10 +15,10 @@ const BLOCKS: usize = 256;
 const MIN_BLOCKS: usize = 32;
 /// What −2 ln L has to fall by for a random walk, a line, an exponential.
 const FOR_WALK: f64 = 2.0;
-/// A walk is believed if trends alone are worse even at this part of their penalty.
-const IN_DOUBT: f64 = 0.5;
 const FOR_LINE: f64 = 12.0;
 const FOR_EXPONENTIAL: f64 = 13.0;
+/// A walk is believed if trends alone are worse even at this part of their penalty.
+const IN_DOUBT: f64 = 0.5;
 /// Time constants that are tried, over the length of the recording: from 1/96, by √2.
 const SHORTEST: f64 = 1.0 / 96.0;
 const CONSTANTS: i32 = 16;
