@@ -28,7 +28,8 @@ mod steady;
 pub use allan::{AllanVariance, allan_variances};
 pub use blocks::{Block, block_len, blocks};
 pub use noise::{
-    NoiseFit, NoiseModel, NoisePoints, NoiseTerm, TermEstimate, chi_square_factors, fit_noise,
+    NoiseFit, NoiseModel, NoisePoints, NoiseTerm, Slow, TermEstimate, Trend, chi_square_factors,
+    find_slow, fit_noise,
 };
 pub use outliers::interpolate_outliers;
 pub use quantile::quantile;

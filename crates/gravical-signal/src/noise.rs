@@ -8,10 +8,12 @@
 //! look like noise of the sensor.
 
 mod fit;
+mod trend;
 
 use std::f64::consts::{LN_2, PI};
 
 pub use fit::{NoiseFit, NoisePoints, TermEstimate, chi_square_factors, fit_noise};
+pub use trend::{Slow, Trend, find_slow};
 
 /// A term of the model.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -83,12 +85,15 @@ impl NoiseTerm {
 pub struct NoiseModel {
     /// N², B², K²
     pub squares: [f64; 3],
+    /// What a low-pass takes from the ends of a mean: σ² gains this over τ²
+    pub edge: f64,
 }
 
 impl NoiseModel {
     /// White noise of N = 1.
     pub const WHITE: NoiseModel = NoiseModel {
         squares: [1.0, 0.0, 0.0],
+        edge: 0.0,
     };
 
     /// Parts of the Allan variance at τ.
@@ -98,13 +103,6 @@ impl NoiseModel {
 
     /// Allan variance at τ.
     pub fn variance(&self, tau_s: f64) -> f64 {
-        self.parts(tau_s).iter().sum()
-    }
-
-    /// Variance of the slope of the line fitted to a recording of noise of this model, 1/s².
-    pub fn slope_variance(&self, duration_s: f64) -> f64 {
-        let [n, b, k] = self.squares;
-        let t = duration_s;
-        12.0 * n / t.powi(3) + 9.0 / PI * b / t.powi(2) + 1.2 * k / t
+        self.parts(tau_s).iter().sum::<f64>() + self.edge / tau_s.powi(2)
     }
 }

@@ -50,18 +50,29 @@ gravical_recording::findings! {
         NoiseFromRests { intervals: usize, rest_s: f64, recorded_s: f64 } =>
             "the sensor moved: the result rests on {}, {} of {}",
             count(intervals, "static interval"), duration_text(*rest_s), duration_text(*recorded_s);
-    "noise-below-resolution" Warning "`noise`: the noise is smaller than a third of the resolution of a channel" / "an upper limit of N; no other parameter" / "record raw counts, or print more decimals":
+    "noise-below-resolution" Warning "`noise`: the noise is smaller than 0.4 of the resolution of a channel" / "an upper limit of N; no other parameter" / "record raw counts, or print more decimals":
         NoiseBelowResolution { channel: String, step: f64, unit: String } =>
             "{channel}: {}; only an upper limit of N is known, for noise that no low-pass has reduced", hidden(*step, unit);
     "noise-misfit" Warning "`noise`: the Allan variance deviates from the model by more than chance" / "the parameters are those of the best curve" / "look at the figure; a bump is a vibration: a fan, the mains, footsteps":
         NoiseMisfit { channel: String, tau_s: f64, ratio: f64 } =>
             "{channel}: at an averaging time of {} the Allan variance is {ratio:.2} times that of the model: vibration or another disturbance adds to the noise", duration_text(*tau_s);
-    "noise-drift" Warning "`noise`: the bias of a channel drifts steadily, as it does while a sensor warms up" / "the line is removed before B and K are estimated; the curve in the figure contains it" / "record after half an hour of warming, at constant temperature":
-        NoiseDrift { channel: String, drift_per_hour: f64, unit: &'static str } =>
-            "{channel}: the bias drifts steadily by {} {unit} per hour; B and K are what remains without that line", digits(*drift_per_hour, 2);
+    "noise-drift" Warning "`noise`: the bias of a channel drifts along a line or an exponential, as it does while a sensor warms up" / "the line or exponential is removed before N, B and K are estimated" / "record after half an hour of warming, at constant temperature":
+        NoiseDrift { channel: String, change: f64, unit: &'static str, during_s: f64, constant_s: Option<f64> } =>
+            "{channel}: the bias drifts by {} {unit} in {}, along {}; N, B and K are what remains without that",
+            digits(*change, 2), duration_text(*during_s), drift_shape(*constant_s);
     "noise-temperature" Warning "`noise`: the temperature moved by more than 1 °C" / "B and K are not corrected" / "record at constant temperature, after half an hour of warming":
         NoiseTemperature { changed_c: f64 } =>
             "the temperature moved by {changed_c:.1} °C: drift of the bias with temperature looks like bias instability and random walk";
+}
+
+fn drift_shape(constant_s: Option<f64>) -> String {
+    let exponential = |s| {
+        format!(
+            "an exponential with a time constant of {}",
+            duration_text(s)
+        )
+    };
+    constant_s.map_or_else(|| "a line".to_owned(), exponential)
 }
 
 /// Why noise is not seen.

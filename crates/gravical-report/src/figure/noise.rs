@@ -5,7 +5,7 @@ use gravical::noise::{AllanPoint, ChannelNoise, NoiseResult, Term};
 use super::panel::{Axis, Figure, Panel, Role, Scale, Series};
 use super::svg::extent;
 
-const CAPTION: &str = "Allan deviation σ over the averaging time τ, with its 95 % band, and the fitted curve. Thin lines: its terms, white noise N (falling), bias instability B (level) and random walk K (rising), as far as they are part of the curve.";
+const CAPTION: &str = "Allan deviation σ over the averaging time τ, without rounding noise and drift, with its 95 % band, and the fitted curve. Thin lines: its terms, white noise N (falling), bias instability B (level) and random walk K (rising), as far as they are part of the curve.";
 
 /// The figures of a result: accelerometer, gyroscope.
 pub fn figures(result: &NoiseResult) -> Vec<Figure> {

@@ -5,6 +5,9 @@
 //! small. Points of overlapping samples are correlated, so the covariance of the squares is A V Aᵀ, A
 //! the matrix of the fit. A square x with variance s² is distributed nearly as χ² with 2x²/s² degrees
 //! of freedom, which give its 95 % interval.
+//!
+//! A low-pass leaves the white noise of averaging times beyond its own memory as it is, but for what it
+//! takes from the two ends of each mean: N²/τ + e/τ², with e < 0 fitted beside the terms.
 
 use nalgebra::{DMatrix, DVector};
 use statrs::distribution::{ChiSquared, ContinuousCDF};
@@ -21,12 +24,21 @@ const REWEIGHTINGS: usize = 6;
 const MIN_FREEDOM: f64 = 4.0;
 /// Deviation of a point that the model does not explain, in standard deviations.
 const MAX_DEVIATION: f64 = 4.0;
+/// The same behind a low-pass, where a part of it that is left would bias N.
+const BEHIND: f64 = 2.0;
 /// Points at the short end that have to agree with the model, and fewest points of a fit.
 const TESTED: usize = 3;
 const MIN_POINTS: usize = 6;
-/// Octaves that are left out after those that disagree visibly: noise behind a low-pass approaches
-/// the model by half of the distance with each.
-const MORE: usize = 2;
+/// Octaves that are left out after those that disagree visibly: what they may hide has decayed then.
+const MORE: usize = 1;
+/// The part of a low-pass that is seen, in standard deviations.
+const SEEN: f64 = 4.0;
+/// Behind a low-pass, N is seen where all else is less than this part of the Allan variance: the slope
+/// of the deviation is −½ to 0.1 there.
+const MAX_ELSE: f64 = 0.2;
+/// A random walk leads, with a slope near +½, over a factor of 4: from this part of the longest segment
+/// to half of it, where averaging times end.
+const WALK_FROM: f64 = 1.0 / 8.0;
 /// The longest recording that is proposed, as a multiple.
 const MAX_FACTOR: f64 = 1024.0;
 
@@ -63,6 +75,8 @@ pub struct NoisePoints {
     /// Length of the longest segment, s
     longest_s: f64,
     period_s: f64,
+    /// Fitted with the ends of a low-pass
+    has_edge: bool,
 }
 
 impl NoisePoints {
@@ -84,11 +98,13 @@ impl NoisePoints {
             freedom: points.iter().map(freedom).collect(),
             longest_s: lengths.iter().max().map_or(0.0, |n| *n as f64 * period_s),
             period_s,
+            has_edge: false,
         }
     }
 
-    fn after(&self, first: usize) -> Self {
+    fn after(&self, first: usize, has_edge: bool) -> Self {
         NoisePoints {
+            has_edge,
             tau_s: self.tau_s[first..].to_vec(),
             variance: self.variance[first..].to_vec(),
             freedom: self.freedom[first..].to_vec(),
@@ -140,17 +156,23 @@ impl NoisePoints {
         (0..self.tau_s.len()).map(deviation).collect()
     }
 
-    /// The matrix that makes the squares of `terms` of the variances, by least squares.
+    /// The matrix that makes the squares of `terms` of the variances, and e where it is fitted, by
+    /// least squares.
     fn solver(&self, deviations: &[f64], terms: &[NoiseTerm]) -> Option<DMatrix<f64>> {
-        let mut design = DMatrix::from_fn(self.tau_s.len(), terms.len(), |i, j| {
-            terms[j].shape(self.tau_s[i]) / deviations[i]
+        let columns = terms.len() + usize::from(self.has_edge);
+        let mut design = DMatrix::from_fn(self.tau_s.len(), columns, |i, j| {
+            let tau_s = self.tau_s[i];
+            let shape = terms
+                .get(j)
+                .map_or(tau_s.powi(-2), |term| term.shape(tau_s));
+            shape / deviations[i]
         });
         let norms: Vec<f64> = design.column_iter().map(|c| c.norm()).collect();
         for (mut column, norm) in design.column_iter_mut().zip(&norms) {
             column /= *norm;
         }
         let inverse = design.pseudo_inverse(1e-12).ok()?;
-        let scaled = DMatrix::from_fn(terms.len(), self.tau_s.len(), |j, i| {
+        let scaled = DMatrix::from_fn(columns, self.tau_s.len(), |j, i| {
             inverse[(j, i)] / (norms[j] * deviations[i])
         });
         scaled.iter().all(|x| x.is_finite()).then_some(scaled)
@@ -169,8 +191,12 @@ impl NoisePoints {
             for (term, square) in terms.iter().zip(&squares) {
                 model.squares[*term as usize] = *square;
             }
+            if self.has_edge {
+                model.edge = squares[terms.len()];
+            }
             let misfit: f64 = self.misfits(&model, deviations).map(|d| d * d).sum();
-            squares.iter().all(|x| *x > 0.0).then_some((misfit, model))
+            let mut squares = squares.iter().take(terms.len());
+            squares.all(|x| *x > 0.0).then_some((misfit, model))
         });
         solved.min_by(|a, b| a.0.total_cmp(&b.0)).map(|best| best.1)
     }
@@ -193,19 +219,38 @@ impl NoisePoints {
         Some(model)
     }
 
-    /// Variance of the square of `term` in a fit of it and all terms of the model.
-    fn square_variance(&self, model: &NoiseModel, term: NoiseTerm) -> Option<f64> {
-        let is_fitted = |t: &NoiseTerm| *t == term || model.squares[*t as usize] > 0.0;
+    /// Variance of the square of `term`, or of e, in a fit of it and all terms of the model.
+    fn square_variance(&self, model: &NoiseModel, term: Option<NoiseTerm>) -> Option<f64> {
+        let is_fitted = |t: &NoiseTerm| Some(*t) == term || model.squares[*t as usize] > 0.0;
         let terms: Vec<NoiseTerm> = NoiseTerm::ALL.into_iter().filter(is_fitted).collect();
-        let row = terms.iter().position(|t| *t == term)?;
+        let of_term = |term| terms.iter().position(|t| *t == term);
+        let row = term.map_or(Some(terms.len()), of_term)?;
         let solver = self.solver(&self.deviations(model), &terms)?;
         let row = solver.row(row);
         Some((row * self.covariance(model) * row.transpose())[(0, 0)])
     }
 
+    /// True where the slope of the Allan deviation shows the term.
+    fn shows(&self, model: &NoiseModel, term: NoiseTerm) -> bool {
+        let is_white = |tau_s: &f64| {
+            let white = model.parts(*tau_s)[0];
+            let others = (model.variance(*tau_s) - white).abs();
+            others.max((model.edge / tau_s.powi(2)).abs()) < MAX_ELSE * white
+        };
+        match term {
+            NoiseTerm::N => !self.has_edge || self.tau_s.iter().any(is_white),
+            NoiseTerm::B => true,
+            NoiseTerm::K => {
+                let [n, b, k] = model.parts(WALK_FROM * self.longest_s);
+                k > n + b
+            }
+        }
+    }
+
     fn estimate(&self, model: &NoiseModel, term: NoiseTerm) -> TermEstimate {
         let square = model.squares[term as usize];
-        let variance = self.square_variance(model, term);
+        let variance = self.square_variance(model, Some(term));
+        let variance = variance.filter(|_| self.shows(model, term));
         let factors = variance.and_then(|variance| {
             let freedom = 2.0 * square * square / variance;
             chi_square_factors(freedom).filter(|_| freedom >= MIN_FREEDOM)
@@ -226,7 +271,9 @@ impl NoisePoints {
         let mut limit = *model;
         // The term itself adds to its own uncertainty.
         for _ in 0..10 {
-            let Some(variance) = self.square_variance(&limit, term).filter(|v| v.is_finite())
+            let Some(variance) = self
+                .square_variance(&limit, Some(term))
+                .filter(|v| v.is_finite())
             else {
                 return TermEstimate::Unknown {
                     at_most: None,
@@ -247,7 +294,7 @@ impl NoisePoints {
             let planned = planned.map(|m| AllanVariance { m, variance });
             let planned: Vec<AllanVariance> = planned.collect();
             let longer = NoisePoints::new(&planned, &[length as usize], self.period_s);
-            let variance = longer.square_variance(&limit, term);
+            let variance = longer.square_variance(&limit, Some(term));
             variance.is_some_and(|v| 2.0 * square * square / v >= MIN_FREEDOM)
         };
         let factors = (1..)
@@ -276,27 +323,34 @@ pub struct NoiseFit {
 
 /// Fits N, B and K. `None` with fewer than two points, or if a variance is zero.
 ///
-/// The first points are left out if the model does not explain them: behind a low-pass, noise is
-/// white only for longer averaging times.
+/// A low-pass is seen if the first points contradict the model, or if e is not zero. The points that
+/// the model with e does not explain are then left out.
 pub fn fit_noise(points: &NoisePoints) -> Option<NoiseFit> {
     let is_usable = |v: &f64| v.is_finite() && *v > 0.0;
     if points.variance.len() < 2 || !points.variance.iter().all(is_usable) {
         return None;
     }
     let last = points.variance.len().saturating_sub(MIN_POINTS);
-    let agrees = |first: &usize| {
-        let used = points.after(*first);
+    let agrees = |used: &NoisePoints, within: f64| {
         used.reweighted().is_some_and(|model| {
             let deviations = used.deviations(&model);
             let mut tested = used.misfits(&model, &deviations).take(TESTED);
-            tested.all(|misfit| misfit.abs() < MAX_DEVIATION)
+            tested.all(|misfit| misfit.abs() < within)
         })
     };
-    let first = match (0..=last).find(agrees) {
-        Some(0) | None => 0,
-        Some(first) => (first + MORE).min(last),
+    let filtered = points.after(0, true);
+    let is_filtered = filtered.reweighted().is_some_and(|model| {
+        let variance = filtered.square_variance(&model, None);
+        variance.is_some_and(|v| model.edge.abs() > SEEN * v.sqrt())
+    });
+    let first = match agrees(points, MAX_DEVIATION) && !is_filtered {
+        true => None,
+        false => (0..=last).find(|first| agrees(&points.after(*first, true), BEHIND)),
     };
-    let used = points.after(first);
+    let used = match first {
+        None => points.clone(),
+        Some(first) => points.after((first + MORE).min(last), true),
+    };
     let model = used.reweighted()?;
     let deviations = used.deviations(&model);
     let misfits = used.misfits(&model, &deviations).map(f64::abs).enumerate();

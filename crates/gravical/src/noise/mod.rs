@@ -27,7 +27,7 @@
 //!
 //! // White noise of standard deviation 0.0289 at 100 Hz: N = 0.00289.
 //! let samples: Vec<f64> = (0..50_000).map(|_| 0.1 * uniform()).collect();
-//! let channel = noise_of_samples("ax", &samples, 0.01);
+//! let channel = noise_of_samples("ax", &samples, 0.01, 0.0);
 //! let n = channel.n.unwrap();
 //! assert!(n.low < 0.00289 && 0.00289 < n.high);
 //! assert!(channel.k.is_none());
@@ -36,12 +36,13 @@
 mod result;
 mod series;
 
+use std::f64::consts::PI;
 use std::ops::Range;
 use std::path::Path;
 
 use gravical_signal::{
-    AllanVariance, BLOCK_S, NoiseFit, NoiseModel, NoisePoints, TermEstimate, allan_variances,
-    block_len, chi_square_factors, fit_noise,
+    AllanVariance, BLOCK_S, NoiseModel, NoisePoints, TermEstimate, allan_variances, block_len,
+    chi_square_factors, find_slow, fit_noise,
 };
 
 use crate::Result;
@@ -58,7 +59,7 @@ use crate::stats::pooled_deviation;
 
 pub use gravical_signal::NoiseTerm as Term;
 pub use result::{
-    AllanPoint, ChannelNoise, Estimate, FittedCurve, Misfit, NOISE_FORMAT, NoiseResult,
+    AllanPoint, ChannelNoise, Drift, Estimate, FittedCurve, Misfit, NOISE_FORMAT, NoiseResult,
     NotObservable, Unit, read_noise,
 };
 
@@ -69,17 +70,16 @@ const MIN_DURATION_S: f64 = 10.0;
 /// Static intervals of less than this fraction of the longest one are left out: a hand lets go of the
 /// sensor at the start of each.
 const MIN_OF_LONGEST: f64 = 0.25;
-/// A line through the recording that is steeper than the largest noise that fits makes it, by this
-/// many standard deviations, is a steady drift.
-const STEADY_DRIFT: f64 = 3.0;
 /// Length of the means about which samples scatter, s.
 const MEAN_S: f64 = 1.0;
-/// Noise before rounding below this fraction of the resolution does not average it away
-/// ([`rounding`]).
-const MIN_OF_RESOLUTION: f64 = 0.34;
+/// Noise before rounding below this fraction of the resolution is known only to a factor: it depends on
+/// where between two steps the truth lies.
+const MIN_OF_RESOLUTION: f64 = 0.4;
 /// Change of the temperature beyond which the drift of the bias, up to 1 mg per °C, is more than the bias
 /// instability of most sensors, °C.
 const MAX_CHANGE_C: f64 = 1.0;
+/// Why N is not seen, however long the recording.
+const HIDDEN_N: &str = "not visible: no averaging time is beyond the low-pass and below the wander of the bias; set a wider low-pass and a faster rate";
 
 /// Analyses the noise of the recording at `path`; `-` is standard input.
 ///
@@ -123,14 +123,13 @@ pub fn noise_of(mut recording: Recording) -> Result<NoiseResult> {
         let column: Vec<f64> = column.iter().map(|v| v / per_si).collect();
         let segments = pieces.samples(&column);
         segment_count = segment_count.max(segments.len() as u64);
-        let mut channel = noise_of_segments(CHANNELS[i], &segments, period_s);
+        let step = recording.units.resolution[i / 3][i % 3] / per_si;
+        let (channel, hidden) = noise_of_segments(CHANNELS[i], &segments, step, period_s);
         if channel.adev.is_empty() {
             let channel = channel.channel;
             findings.push(RecordingCase::NoNeighbours { channel }.finding());
             continue;
         }
-        let step = recording.units.resolution[i / 3][i % 3] / per_si;
-        let hidden = hide_below_resolution(&mut channel, &segments, step, period_s);
         findings.extend(hidden);
         findings.extend(channel_findings(&channel));
         channels.push(channel);
@@ -163,11 +162,11 @@ pub fn noise_of(mut recording: Recording) -> Result<NoiseResult> {
     })
 }
 
-/// Noise of one channel from samples in memory, `period_s` apart. Samples must be finite; a name that
-/// begins with `g` is a gyroscope.
+/// Noise of one channel from samples in memory, `period_s` apart, in steps of `step`, 0 if unknown.
+/// Samples must be finite; a name that begins with `g` is a gyroscope.
 #[doc(hidden)]
-pub fn noise_of_samples(channel: &str, samples: &[f64], period_s: f64) -> ChannelNoise {
-    noise_of_segments(channel, &[samples.to_vec()], period_s)
+pub fn noise_of_samples(channel: &str, samples: &[f64], period_s: f64, step: f64) -> ChannelNoise {
+    noise_of_segments(channel, &[samples.to_vec()], step, period_s).0
 }
 
 /// The rows at rest that are used, and the sampling rate, Hz.
@@ -193,30 +192,54 @@ fn used_ranges(recording: &Recording) -> Result<(Vec<Range<usize>>, f64)> {
     Ok((ranges, rate_hz))
 }
 
-/// The result of one channel, of segments of samples in SI units.
-fn noise_of_segments(name: &str, segments: &[Vec<f64>], period_s: f64) -> ChannelNoise {
+/// The result of one channel, of segments of samples in SI units, in steps of `step`; and that the
+/// steps hide the noise.
+fn noise_of_segments(
+    name: &str,
+    segments: &[Vec<f64>],
+    step: f64,
+    period_s: f64,
+) -> (ChannelNoise, Option<Finding>) {
+    let is_gyroscope = name.starts_with('g');
+    let unit = if is_gyroscope { "rad/s" } else { "m/s^2" };
+    let mut channel = ChannelNoise {
+        channel: name.to_owned(),
+        unit: unit.to_owned(),
+        ..ChannelNoise::default()
+    };
+    let rounding = Rounding::of(segments, step, period_s);
+    let longest = segments.iter().map(Vec::len).max().unwrap_or(0);
+    let longest_s = longest as f64 * period_s;
+    let first = segments.iter().find(|s| s.len() == longest);
+    let slow = first.map_or_else(Default::default, |s| find_slow(s));
+    let without_trend: Vec<Vec<f64>> = slow.trend.map_or_else(Vec::new, |trend| {
+        let without = |segment: &Vec<f64>| -> Vec<f64> {
+            let samples = segment.iter().enumerate();
+            samples
+                .map(|(k, value)| value - trend.at(k as f64))
+                .collect()
+        };
+        // The exponential has decayed to an unknown part in the others.
+        let same = |s: &&Vec<f64>| trend.size == 0.0 || s.len() == longest;
+        segments.iter().filter(same).map(without).collect()
+    });
+    let segments = if slow.trend.is_some() {
+        &without_trend[..]
+    } else {
+        segments
+    };
     let lengths: Vec<usize> = segments.iter().map(Vec::len).collect();
-    let longest = lengths.iter().max().copied().unwrap_or(0);
     let octaves = (0..).map(|octave| 1_usize << octave);
     let octaves: Vec<usize> = octaves.take_while(|m| 2 * m <= longest).collect();
-    let variances = allan_variances(segments, &octaves);
+    let mut variances = allan_variances(segments, &octaves);
+    variances.iter_mut().for_each(|v| rounding.take_off(v));
     let points = NoisePoints::new(&variances, &lengths, period_s);
-    let mut fit = fit_noise(&points);
-    let line = fit.as_ref().and_then(|_| without_slope(segments, longest));
-    let drift_per_s = line.and_then(|(slope, rest)| {
-        let variances = allan_variances(&rest, &octaves);
-        let without = fit_noise(&NoisePoints::new(&variances, &lengths, period_s))?;
-        let variance = largest_model(&without).slope_variance(longest as f64 * period_s);
-        let per_s = slope / period_s;
-        let is_steady = per_s.abs() > STEADY_DRIFT * variance.sqrt();
-        is_steady.then(|| {
-            fit = Some(without);
-            per_s
-        })
-    });
+    let fit = fit_noise(&points).filter(|_| !rounding.hides());
     // Without a fit the distribution of the points has to be that of some noise.
-    let model = fit.as_ref().map_or(NoiseModel::WHITE, |fit| fit.model);
-    let freedom = points.degrees_of_freedom(&model);
+    let squares = fit
+        .as_ref()
+        .map_or(NoiseModel::WHITE.squares, |fit| fit.model.squares);
+    let model = NoiseModel { squares, edge: 0.0 };
     let point = |(v, edf): (&AllanVariance, f64)| {
         let sigma = v.variance.sqrt();
         let [low, high] = chi_square_factors(edf).filter(|_| sigma.is_finite())?;
@@ -228,82 +251,131 @@ fn noise_of_segments(name: &str, segments: &[Vec<f64>], period_s: f64) -> Channe
             edf,
         })
     };
-    let is_gyroscope = name.starts_with('g');
-    let mut channel = ChannelNoise {
-        channel: name.to_owned(),
-        unit: if is_gyroscope { "rad/s" } else { "m/s^2" }.to_owned(),
-        adev: variances.iter().zip(freedom).filter_map(point).collect(),
-        ..ChannelNoise::default()
-    };
+    let freedom = points.degrees_of_freedom(&model);
+    channel.adev = variances.iter().zip(freedom).filter_map(point).collect();
+    let is_constant = variances.iter().all(|v| v.variance <= 0.0);
+    if rounding.hides() && !is_constant {
+        let unit = numfmt::unit(unit);
+        let most = rounding.most() * period_s.sqrt();
+        channel.not_observable = none_observable(&hidden(step, &unit), Some(most));
+        let channel_name = name.to_owned();
+        let case = Case::NoiseBelowResolution {
+            channel: channel_name,
+            step,
+            unit,
+        };
+        return (channel, Some(case.finding()));
+    }
     let Some(fit) = fit else {
-        let reason = if variances.iter().any(|v| v.variance > 0.0) {
-            "the values change too rarely for any averaging time to show noise"
-        } else {
-            "the values do not change: the noise is below the resolution"
+        let reason = match is_constant {
+            true => "the values do not change: the noise is below the resolution",
+            false => "the values change too rarely for any averaging time to show noise",
         };
         channel.not_observable = none_observable(reason, None);
-        return channel;
+        return (channel, None);
     };
-    take_estimates(&mut channel, &fit, longest as f64 * period_s);
+    take_estimates(&mut channel, &fit.estimates, longest_s, slow.walks);
+    if let Some(n) = &mut channel.n {
+        let off = rounding.off();
+        (n.low, n.high) = (n.low * (1.0 - off), n.high * (1.0 + off));
+    }
+    let drift = slow.trend.map(|trend| Drift {
+        change: trend.at(longest as f64) - trend.at(0.0),
+        during_s: longest_s,
+        time_constant_s: Some(trend.constant * period_s).filter(|s| s.is_finite()),
+    });
     channel.fit = Some(FittedCurve {
         from_s: fit.from_s,
         parameters: model.squares.map(f64::sqrt),
-        drift_per_s,
+        drift,
         misfit: fit.misfit.map(|(tau_s, ratio)| Misfit { tau_s, ratio }),
     });
-    channel
+    (channel, None)
 }
 
-/// Slope per sample of the line fitted to the first segment of the length `longest`, and all segments without
-/// it; `None` with fewer than three samples.
-fn without_slope(segments: &[Vec<f64>], longest: usize) -> Option<(f64, Vec<Vec<f64>>)> {
-    let segment = segments
-        .iter()
-        .find(|s| s.len() == longest && longest > 2)?;
-    let middle = 0.5 * (longest as f64 - 1.0);
-    let offsets = || (0..longest).map(|k| k as f64 - middle);
-    let reference = segment[0];
-    let products = offsets().zip(segment).map(|(k, v)| k * (v - reference));
-    let slope = products.sum::<f64>() / offsets().map(|k| k * k).sum::<f64>();
-    let without = |segment: &Vec<f64>| -> Vec<f64> {
-        let samples = segment.iter().enumerate();
-        samples.map(|(k, value)| value - slope * k as f64).collect()
-    };
-    Some((slope, segments.iter().map(without).collect()))
+/// What rounding to steps does to noise. Its errors are white with a variance of q²/12 where the noise
+/// spreads over several steps (Widrow and Kollár, *Quantization Noise*, 2008, chapter 4).
+struct Rounding {
+    /// q, 0 where unknown
+    step: f64,
+    /// Variance of the samples about their means over [`MEAN_S`], less q²/12
+    before: f64,
 }
 
-/// The model with each term at its upper limit.
-fn largest_model(fit: &NoiseFit) -> NoiseModel {
-    let squares = fit.estimates.map(|estimate| match estimate {
-        TermEstimate::Known { high, .. } => high * high,
-        TermEstimate::Unknown { at_most, .. } => {
-            at_most.map_or(f64::INFINITY, |limit| limit * limit)
+impl Rounding {
+    fn of(segments: &[Vec<f64>], step: f64, period_s: f64) -> Self {
+        let length = (MEAN_S / period_s).max(2.0) as usize;
+        let deviation = pooled_deviation(segments.iter().flat_map(|s| s.chunks(length)));
+        let before = (deviation * deviation - rounding::floor(step)).max(0.0);
+        Rounding { step, before }
+    }
+
+    fn hides(&self) -> bool {
+        self.step > 0.0 && self.before < (MIN_OF_RESOLUTION * self.step).powi(2)
+    }
+
+    /// The largest standard deviation that may be hidden.
+    fn most(&self) -> f64 {
+        (MIN_OF_RESOLUTION * self.step).hypot(rounding::floor(self.step).sqrt())
+    }
+
+    /// Takes it off, at most its share: an Allan variance of few degrees of freedom stays above zero.
+    fn take_off(&self, point: &mut AllanVariance) {
+        let rounding = rounding::floor(self.step);
+        if rounding > 0.0 && !self.hides() {
+            let share = rounding / (rounding + self.before);
+            point.variance -= (rounding / point.m as f64).min(share * point.variance);
         }
-    });
-    NoiseModel { squares }
+    }
+
+    /// How far off N may be, relative: with s = σ/q, the first terms of what the errors have in common
+    /// with the noise, 4 exp(−2π²s²), and of their variance, over s², for the worst level between two
+    /// steps. s itself is too large by that.
+    fn off(&self) -> f64 {
+        if self.step <= 0.0 {
+            return 0.0;
+        }
+        let seen = self.before.sqrt() / self.step;
+        let off = |s: f64| {
+            let square = (PI * s).powi(2);
+            0.5 * (-2.0 * square).exp() * (4.0 + 1.0 / square)
+        };
+        (0..8).fold(0.0, |last: f64, _| off(seen / (1.0 + last)).min(1.0))
+    }
 }
 
-fn take_estimates(channel: &mut ChannelNoise, fit: &NoiseFit, longest_s: f64) {
+fn take_estimates(
+    channel: &mut ChannelNoise,
+    estimates: &[TermEstimate; 3],
+    longest_s: f64,
+    walks: bool,
+) {
     let places = [&mut channel.n, &mut channel.b, &mut channel.k];
-    for ((term, place), estimate) in Term::ALL.into_iter().zip(places).zip(fit.estimates) {
-        match estimate {
+    for ((term, place), estimate) in Term::ALL.into_iter().zip(places).zip(estimates) {
+        let (at_most, record_s) = match *estimate {
             TermEstimate::Known { value, low, high } => {
-                *place = Some(Estimate { value, low, high });
+                if term == Term::K && !walks {
+                    (Some(high), Some(2.0 * longest_s))
+                } else {
+                    *place = Some(Estimate { value, low, high });
+                    continue;
+                }
             }
-            TermEstimate::Unknown { at_most, record_s } => {
-                let what = format!("not observable in {}", duration_text(longest_s));
-                let reason = match record_s {
-                    Some(s) => format!("{what}: record at least {}", duration_text(s)),
-                    None => format!("{what}, nor in a thousand times that"),
-                };
-                channel.not_observable.push(NotObservable {
-                    term: term.symbol().to_owned(),
-                    reason,
-                    at_most,
-                    record_s,
-                });
-            }
-        }
+            TermEstimate::Unknown { at_most, record_s } => (at_most, record_s),
+        };
+        let record_s = record_s.filter(|_| term != Term::N);
+        let what = format!("not observable in {}", duration_text(longest_s));
+        let reason = match record_s {
+            _ if term == Term::N => HIDDEN_N.to_owned(),
+            Some(s) => format!("{what}: record at least {}", duration_text(s)),
+            None => format!("{what}, nor in a thousand times that"),
+        };
+        channel.not_observable.push(NotObservable {
+            term: term.symbol().to_owned(),
+            reason,
+            at_most,
+            record_s,
+        });
     }
 }
 
@@ -318,36 +390,6 @@ fn none_observable(reason: &str, n_at_most: Option<f64>) -> Vec<NotObservable> {
     Term::ALL.map(missing).into()
 }
 
-/// Takes noise below the resolution `step` out of the result.
-fn hide_below_resolution(
-    channel: &mut ChannelNoise,
-    segments: &[Vec<f64>],
-    step: f64,
-    period_s: f64,
-) -> Option<Finding> {
-    let length = (MEAN_S / period_s).max(2.0) as usize;
-    let deviation = pooled_deviation(segments.iter().flat_map(|s| s.chunks(length)));
-    let rounding = rounding::floor(step);
-    let before = (deviation * deviation - rounding).max(0.0).sqrt();
-    if step <= 0.0 || before >= MIN_OF_RESOLUTION * step {
-        return None;
-    }
-    let unit = numfmt::unit(&channel.unit);
-    let reason = hidden(step, &unit);
-    let most = (MIN_OF_RESOLUTION * step).hypot(rounding.sqrt()) * period_s.sqrt();
-    (channel.n, channel.b, channel.k, channel.fit) = (None, None, None, None);
-    channel.not_observable = none_observable(&reason, Some(most));
-    let channel = channel.channel.clone();
-    Some(
-        Case::NoiseBelowResolution {
-            channel,
-            step,
-            unit,
-        }
-        .finding(),
-    )
-}
-
 /// What is odd about the fit of a channel.
 fn channel_findings(channel: &ChannelNoise) -> Vec<Finding> {
     let (name, mut findings) = (&channel.channel, Vec::new());
@@ -359,12 +401,14 @@ fn channel_findings(channel: &ChannelNoise) -> Vec<Finding> {
         };
         findings.push(case.finding());
     }
-    if let Some(drift_per_s) = channel.fit.and_then(|fit| fit.drift_per_s) {
+    if let Some(drift) = channel.fit.and_then(|fit| fit.drift) {
         let unit = Unit::of(Term::B, channel.is_gyroscope());
         let case = Case::NoiseDrift {
             channel: name.clone(),
-            drift_per_hour: unit.factor * 3600.0 * drift_per_s,
+            change: unit.factor * drift.change,
             unit: unit.name,
+            during_s: drift.during_s,
+            constant_s: drift.time_constant_s,
         };
         findings.push(case.finding());
     }

@@ -86,7 +86,7 @@ pub struct ChannelNoise {
     pub channel: String,
     /// `m/s^2` or `rad/s`.
     pub unit: String,
-    /// The Allan deviation.
+    /// The Allan deviation, without the noise of rounding and without drift.
     pub adev: Vec<AllanPoint>,
     /// Noise density (velocity or angle random walk), unit/√Hz; null if it is not observable.
     pub n: Option<Estimate>,
@@ -145,10 +145,22 @@ pub struct FittedCurve {
     pub from_s: f64,
     /// N, B, K.
     pub parameters: [f64; 3],
-    /// Steady drift of the bias, unit/s, that is not random; null where there is none.
-    pub drift_per_s: Option<f64>,
+    /// Drift of the bias that is not random, and not part of it; null where there is none.
+    pub drift: Option<Drift>,
     /// Where the recording deviates most from the curve, by more than chance; null if nowhere.
     pub misfit: Option<Misfit>,
+}
+
+/// A drift of the bias along a line or an exponential.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
+pub struct Drift {
+    /// Change of the bias, unit.
+    pub change: f64,
+    /// Time in which it changes so, that of the longest segment, s.
+    pub during_s: f64,
+    /// Time constant of warming up, s; null for a line.
+    pub time_constant_s: Option<f64>,
 }
 
 /// A deviation from the fitted curve.
@@ -165,9 +177,10 @@ impl FittedCurve {
     /// Allan deviation at an averaging time.
     pub fn deviation(&self, tau_s: f64) -> f64 {
         let terms = Term::ALL.iter().zip(self.parameters);
-        let noise: f64 = terms.map(|(term, x)| x * x * term.shape(tau_s)).sum();
-        let drift = self.drift_per_s.unwrap_or(0.0) * tau_s;
-        (noise + 0.5 * drift * drift).sqrt()
+        terms
+            .map(|(term, x)| x * x * term.shape(tau_s))
+            .sum::<f64>()
+            .sqrt()
     }
 }
 

@@ -90,10 +90,10 @@ fn noise_behind_a_low_pass_is_that_of_long_averaging_times() {
         state
     };
     let samples: Vec<f64> = (0..400_000).map(&mut sample).collect();
-    let channel = noise_of_samples("ax", &samples, 0.01);
+    let channel = noise_of_samples("ax", &samples, 0.01, 0.0);
     let n = channel.n.unwrap();
     assert!((n.value / 0.003 - 1.0).abs() < 0.05, "{n:?}");
-    assert!(channel.fit.unwrap().from_s > 1.0);
+    assert!(channel.fit.unwrap().from_s > 0.1, "{:?}", channel.fit);
 }
 
 #[test]
@@ -105,30 +105,78 @@ fn a_channel_without_values_is_left_out() {
     let result = of(&text.replace("NaN", ""));
     assert!(kinds(&result).contains(&"empty-cells"));
     assert_eq!(result.channels.len(), 5);
-    let nothing = noise_of_samples("ax", &[], 0.01);
+    let nothing = noise_of_samples("ax", &[], 0.01, 0.0);
     assert!(nothing.adev.is_empty() && nothing.n.is_none());
     // A channel that never changes is not empty.
-    let constant = noise_of_samples("ax", &[9.8; 100], 0.01);
+    let constant = noise_of_samples("ax", &[9.8; 100], 0.01, 0.0);
     assert!(!constant.adev.is_empty() && constant.not_observable.len() == 3);
 }
 
-/// A line through the bias looks like a random walk at long averaging times.
+/// A line or an exponential through the bias looks like a random walk at long averaging times.
 #[test]
-fn a_steady_drift_is_told_from_a_random_walk() {
-    let mut rng = rand_chacha::ChaCha8Rng::seed_from_u64(4);
+fn a_drift_is_told_from_a_random_walk() {
+    let mut rng = rand_chacha::ChaCha8Rng::seed_from_u64(7);
     let mut normal = || -> f64 { StandardNormal.sample(&mut rng) };
-    let (mut drifting, mut wandering, mut walk) = (Vec::new(), Vec::new(), 0.0);
+    let (mut along_a_line, mut warming, mut wandering, mut walk) = (vec![], vec![], vec![], 0.0);
     for k in 0..400_000 {
-        drifting.push(0.03 * normal() + 1e-5 * f64::from(k) * 0.01);
+        let t_s = 0.01 * f64::from(k);
+        along_a_line.push(0.03 * normal() + 1e-5 * t_s);
+        warming.push(0.03 * normal() - 0.05 * (-t_s / 600.0).exp());
         walk += 1e-4 * 0.1 * normal();
         wandering.push(0.03 * normal() + walk);
     }
-    let of = |samples: &[f64]| noise_of_samples("ax", samples, 0.01);
-    let (drifting, wandering) = (of(&drifting), of(&wandering));
-    let drift = drifting.fit.unwrap().drift_per_s.unwrap();
-    assert!((drift / 1e-5 - 1.0).abs() < 0.05, "{drift:e}");
-    assert!(drifting.k.is_none());
-    assert!(wandering.fit.unwrap().drift_per_s.is_none());
+    let of = |samples: &[f64]| noise_of_samples("ax", samples, 0.01, 0.0);
+    let drift = |channel: &ChannelNoise| channel.fit.unwrap().drift;
+    let (along_a_line, warming, wandering) = (of(&along_a_line), of(&warming), of(&wandering));
+    let line = drift(&along_a_line).unwrap();
+    assert!((line.change / 0.04 - 1.0).abs() < 0.05, "{line:?}");
+    assert!(line.time_constant_s.is_none() && along_a_line.k.is_none());
+    let exponential = drift(&warming).unwrap();
+    assert!(
+        (exponential.change / 0.05 - 1.0).abs() < 0.1,
+        "{exponential:?}"
+    );
+    let constant_s = exponential.time_constant_s.unwrap();
+    assert!((400.0..900.0).contains(&constant_s) && warming.k.is_none());
+    assert!(
+        drift(&wandering).is_none(),
+        "{:?} {:?}",
+        drift(&wandering),
+        wandering.k
+    );
     let k = wandering.k.unwrap();
     assert!(k.low < 1e-4 && 1e-4 < k.high, "{k:?}");
+}
+
+#[test]
+fn noise_of_rounding_is_no_noise_of_the_sensor() {
+    let mut rng = rand_chacha::ChaCha8Rng::seed_from_u64(5);
+    for (step, off) in [(0.015, 0.005), (0.048, 0.005), (0.066, 0.1)] {
+        let mut rounded = |_| {
+            let white: f64 = StandardNormal.sample(&mut rng);
+            ((0.01 + 0.03 * white) / step).round() * step
+        };
+        let samples: Vec<f64> = (0..400_000).map(&mut rounded).collect();
+        let n = noise_of_samples("ax", &samples, 0.01, step).n.unwrap();
+        assert!((n.value / 0.003 - 1.0).abs() < off, "{step} {n:?}");
+        assert!(n.low < 0.003 && 0.003 < n.high, "{step} {n:?}");
+    }
+}
+
+/// Behind a low-pass at 0.1 Hz the wander of the bias hides N.
+#[test]
+fn noise_behind_a_narrow_low_pass_is_not_visible() {
+    let mut rng = rand_chacha::ChaCha8Rng::seed_from_u64(6);
+    let (mut state, mut walk) = (0.0, 0.0);
+    let mut sample = |_| {
+        let [white, step]: [f64; 2] = [(); 2].map(|()| StandardNormal.sample(&mut rng));
+        state += 0.0063 * (0.03 * white - state);
+        walk += 2e-4 * step;
+        state + walk
+    };
+    let samples: Vec<f64> = (0..60_000).map(&mut sample).collect();
+    let channel = noise_of_samples("ax", &samples, 0.01, 0.0);
+    let missing = channel.missing(Term::N).unwrap();
+    assert!(missing.reason.contains("wider low-pass"), "{missing:?}");
+    assert!(missing.record_s.is_none() && channel.n.is_none());
 }

@@ -13,7 +13,7 @@ fn known_noise_is_found() {
     let mut inside = [0; 3];
     for seed in 0..4 {
         let samples = known::samples(1_080_000, 0.01, truth, seed);
-        let channel = noise_of_samples("ax", &samples, 0.01);
+        let channel = noise_of_samples("ax", &samples, 0.01, 0.0);
         for (i, term) in [Term::N, Term::B, Term::K].into_iter().enumerate() {
             if let Some(e) = channel.estimate(term) {
                 inside[i] += usize::from(e.low < truth[i] && truth[i] < e.high);
