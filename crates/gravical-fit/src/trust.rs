@@ -40,7 +40,7 @@ pub struct Trust {
     pub predicted_mps2: f64,
     /// … where it is largest.
     pub worst: WorstDirection,
-    /// What explains that poses contradict each other, where it is not noise; the errors above hold whichever it is.
+    /// What explains that poses contradict each other, where it is not noise; the worst error holds whichever it is.
     pub explanations: Vec<Explained>,
     /// Error of each pose by a fit without it.
     pub left_out: Vec<Option<LeftOut>>,
