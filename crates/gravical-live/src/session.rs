@@ -1004,6 +1004,7 @@ fn shown_fit(file: &Calibration) -> (Event, String) {
     let most = worst.map(|w| format!("at most {} mg (95 %)", numfmt::mg(w)));
     let most = most.as_deref().unwrap_or("unknown");
     let grade = file.grade();
+    let grade = numfmt::words(&grade);
     let text = format!("Bias {x:.1}, {y:.1}, {z:.1} mg; error of ‖a‖ {most}; {grade}.");
     let event = Event::Fit {
         bias_mg,
@@ -1024,7 +1025,7 @@ fn verdict(file: &Calibration, r#final: bool) -> (Event, String) {
         Grade::Good | Grade::Poor => "",
         Grade::Fair | Grade::NotVerifiable => "; more free poses test it, and reduce the error",
     };
-    let text = format!("{grade}: {why}{more}.");
+    let text = format!("{}: {why}{more}.", numfmt::words(&grade));
     let event = Event::Verdict {
         grade,
         r#final,
