@@ -26,7 +26,7 @@
 mod checks;
 mod estimate;
 mod ferraris;
-pub(crate) mod gyro;
+mod gyro;
 mod section;
 mod session;
 

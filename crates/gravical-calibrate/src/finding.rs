@@ -4,7 +4,7 @@ mod cases;
 
 use crate::Error;
 
-pub use cases::{Case, LeftOut, OrderOf};
+pub use cases::{Case, NoTemperature, OrderOf, Restless};
 pub use gravical_recording::finding::{Case as RecordingCase, GyroMismatch, Kind, Weight};
 pub use gravical_recording::{Advice, Finding, LineSpans, Severity, format_spans};
 

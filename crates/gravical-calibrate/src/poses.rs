@@ -270,7 +270,7 @@ pub fn check_units<'a>(recordings: impl IntoIterator<Item = &'a Recording>) -> R
 }
 
 fn unknown_unit(recording: &Recording) -> Error {
-    let why = recording.units.unknown.as_ref();
+    let why = recording.why_unit_unknown.as_ref();
     let unknown = Problem::UnitUnknown {
         why: why.map(|f| f.message.clone()),
     };

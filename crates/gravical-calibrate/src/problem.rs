@@ -3,17 +3,13 @@
 use std::ops::Range;
 
 use gravical_core::six_position::SixPositionError;
+use gravical_fit::Face;
+use gravical_recording::finding::Case as RecordingCase;
+use gravical_recording::utc::UtcTime;
+use gravical_recording::{AccelScale, AccelUnit, GyroUnit, Origin};
 
-use crate::calibration_file::{Covariance, FORMAT, InputRole, MAX_BYTES};
-use crate::finding::RecordingCase;
-use crate::numfmt::{count, milli_g, words};
-use crate::poses::MAX_FACE_ANGLE_DEG;
-use crate::poses::face::{Face, in_words};
-use crate::poses::rests::Restless;
-use crate::recording::{AccelScale, AccelUnit, GyroUnit, Origin};
-use crate::session::ENDINGS;
-use crate::temperature::MIN_SPAN_C;
-use crate::utc::UtcTime;
+use crate::finding::Restless;
+use crate::numfmt::{count, in_words, milli_g};
 
 /// Calibrations that an error lists.
 const MAX_LISTED: usize = 8;
@@ -31,8 +27,8 @@ const POSES_SHOWN: &str = "`gravical inspect` shows what each pose reads";
 gravical_recording::errors! {
     "no-recordings" input:
         NoRecording => "there is no recording";
-        NoneInFolder => "there is no recording in this folder"
-            => "folders inside this one are not read; recordings end in .{}; `gravical inspect` says of each file what helps", ENDINGS.join(", .");
+        NoneInFolder { endings: &'static [&'static str] } => "there is no recording in this folder"
+            => "folders inside this one are not read; recordings end in .{}; `gravical inspect` says of each file what helps", endings.join(", .");
     "no-rows" input:
         Prose => "this is text, not rows of numbers";
     "gyro-inputs" usage:
@@ -105,9 +101,9 @@ gravical_recording::errors! {
         NoFacePose { name: String, angle_deg: f64 } => "{name} is {angle_deg:.0}° from the nearest axis; beyond 25° it is no face pose"
             => "leave it to the fit, which treats it as a free pose";
     "missing-face" input:
-        MissingFaces { missing: Vec<Face>, oblique: usize, poses: usize } =>
+        MissingFaces { missing: Vec<Face>, oblique: usize, poses: usize, limit_deg: f64 } =>
             "{} of six faces found; missing: {}{}", 6 - missing.len(), list(&missing, " ", |face| face.name()),
-            if oblique == 0 { String::new() } else { format!("; {oblique} of {poses} poses are more than {MAX_FACE_ANGLE_DEG}° from every axis") }
+            if oblique == 0 { String::new() } else { format!("; {oblique} of {poses} poses are more than {limit_deg}° from every axis") }
             => "record 3 s or more at rest with each of these axes: {}; then calibrate again with all poses",
             list(&missing, ", ", |face| in_words(face.direction()));
     "underdetermined" input:
@@ -124,17 +120,17 @@ gravical_recording::errors! {
         PosesWithout => "the poses have no temperature at which a drift could be zero"
             => "record the temperature with the session, or leave the soak recordings out";
     "temperature-span" input:
-        TooNarrow { span_c: f64 } => "the temperature spans {span_c:.1} °C at rest; more than {MIN_SPAN_C:.0} °C are needed"
+        TooNarrow { span_c: f64, least_c: f64 } => "the temperature spans {span_c:.1} °C at rest; more than {least_c:.0} °C are needed"
             => "cool the sensor and let it warm up again, untouched, over all temperatures at which it will be used";
     "too-large" input:
-        TooLarge { role: InputRole } => "more than {} MiB, too large for: {}", MAX_BYTES >> 20, words(&role) => "check the order of the arguments";
+        TooLarge { role: String, most_bytes: u64 } => "more than {} MiB, too large for: {role}", most_bytes >> 20 => "check the order of the arguments";
     "calibration-syntax" input:
         EmptyFile => "the file is empty" => "{A_CALIBRATION}";
         NotValid { why: String } => "this is not a valid calibration: {why}" => "{A_CALIBRATION}";
         NotJson { why: String } => "this is not a calibration file: not valid JSON ({why})" => "{A_CALIBRATION}";
         NotWritten { why: String } => "{why}";
     "calibration-format" input:
-        OtherFormat { format: String } => "the format is \"{format}\"; this program reads {FORMAT}";
+        OtherFormat { format: String, wanted: &'static str } => "the format is \"{format}\"; this program reads {wanted}";
         NoFormat => "this JSON is not a calibration: it has neither \"format\" nor \"K_a\" of imucal";
         ImucalVersion { version: String } => "imucal's format {version}; versions 2.x and before 2.0 are read";
         ImucalUnit { unit: String, wanted: &'static str } => "its output unit is {unit}; only {wanted} can be read";
@@ -146,8 +142,8 @@ gravical_recording::errors! {
         NoSize { field: &'static str } => "{field}: it has to be 0 or more and below 1e9" => "{OWN_FILE}";
         BeyondSensors { section: &'static str, field: &'static str } => "{section}.{field}: a value is beyond any sensor" => "{OWN_FILE}";
         SingularMatrix { section: &'static str } => "{section}.matrix: the matrix is singular" => "{OWN_FILE}";
-        OtherParameters { field: &'static str, possible: [usize; 2] } => "{field}.parameters: they have to be {}, in this order",
-            possible.map(|size| Covariance::names(size).join(", ")).join("; or ") => "{OWN_FILE}";
+        OtherParameters { field: &'static str, possible: [Vec<String>; 2] } => "{field}.parameters: they have to be {}, in this order",
+            possible.map(|names| names.join(", ")).join("; or ") => "{OWN_FILE}";
         NotSquare { field: &'static str, size: usize } => "{field}.values: there have to be {size} rows of {size}" => "{OWN_FILE}";
         NoVariance { field: &'static str } => "{field}.values: a variance is negative, beyond any sensor, or not a number" => "{OWN_FILE}";
         NoCovariance { field: &'static str } => "{field}.values: not a covariance: it is not symmetric, or not positive semidefinite" => "{OWN_FILE}";

@@ -114,12 +114,3 @@ pub fn already_calibrated(
     let is_calibrated = format.is_calibrated();
     is_calibrated.then(|| found().in_file(&recording.name))
 }
-
-/// Why a recording is taken for a calibrated one, for findings.
-pub(crate) fn why_calibrated(by_board: bool) -> &'static str {
-    if by_board {
-        "the board calibrated it, as the line with its settings says (`gravical log --format si` records raw values)"
-    } else {
-        "its columns have the names of calibrated columns"
-    }
-}

@@ -127,7 +127,9 @@ pub fn is_summary(path: &Path) -> bool {
 
 /// The error of a folder without a recording, with the first that was left out.
 fn no_recordings(folder: &Path, left_out: &[Finding]) -> Error {
-    let error = Problem::NoneInFolder.error().at(folder, None);
+    let error = Problem::NoneInFolder { endings: &ENDINGS }
+        .error()
+        .at(folder, None);
     after(error, left_out.get(..1).unwrap_or_default())
 }
 

@@ -40,17 +40,17 @@ use rests::RestBlock;
 #[cfg(test)]
 mod tests;
 
-use std::fmt;
 use std::path::Path;
 
 use gravical_fit::temperature::{Block, Direction, detect_directions, fit_drift};
 use gravical_fit::{BiasDrift, DriftTest};
-use serde::Serialize;
 
 use crate::Result;
 use crate::calibration_file::{
     CHANNELS, ChannelDrift, DriftVerdict, TemperatureModel, TemperatureRange,
 };
+#[doc(hidden)]
+pub use crate::finding::NoTemperature;
 use crate::finding::{Case, Finding};
 use crate::numfmt::milli_g;
 use crate::poses::rests::MANY_POSES;
@@ -90,7 +90,10 @@ pub fn study(recordings: &[Recording]) -> Result<TemperatureModel> {
     };
     let span_c = recorded.span_c();
     if span_c <= MIN_SPAN_C {
-        return Err(refuse(Problem::TooNarrow { span_c }));
+        return Err(refuse(Problem::TooNarrow {
+            span_c,
+            least_c: MIN_SPAN_C,
+        }));
     }
     let mut rests: Vec<_> = recordings.iter().map(rests::detect_rests).collect();
     if rests.iter().all(Vec::is_empty) {
@@ -109,7 +112,10 @@ pub fn study(recordings: &[Recording]) -> Result<TemperatureModel> {
         }
         used => {
             let span_c = used.map_or(widest_c, |used| used.span_c());
-            Err(refuse(Problem::TooNarrow { span_c }))
+            Err(refuse(Problem::TooNarrow {
+                span_c,
+                least_c: MIN_SPAN_C,
+            }))
         }
     }
 }
@@ -350,31 +356,6 @@ pub(crate) fn from_poses(
 fn refused(model: &TemperatureModel) -> Option<Finding> {
     let range_c = model.range_c;
     (!model.any_corrected()).then(|| Case::TemperatureRefused { range_c }.finding())
-}
-
-/// Why a drift is not taken off.
-#[doc(hidden)]
-#[derive(Debug, Clone, Serialize)]
-#[serde(rename_all = "kebab-case")]
-pub enum NoTemperature {
-    NotRecorded,
-    NotCelsius,
-    SomeIntervals { without: usize, intervals: usize },
-}
-
-impl fmt::Display for NoTemperature {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        match self {
-            NoTemperature::NotRecorded => f.write_str("the recording has no temperatures"),
-            NoTemperature::NotCelsius => f.write_str("the recording's temperatures are not in °C"),
-            NoTemperature::SomeIntervals { without, intervals } => {
-                write!(
-                    f,
-                    "{without} of {intervals} static intervals have no temperature"
-                )
-            }
-        }
-    }
 }
 
 /// That a drift is not taken off because of `why`: what it makes of a reading at the ends of its range.

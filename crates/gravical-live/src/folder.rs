@@ -127,7 +127,12 @@ impl Journal {
                 return Ok(found);
             }
             let (lines, pose) = (pose.lines, pose.pose);
-            let error = Problem::OtherRows { lines, pose }.error();
+            let error = Problem::OtherRows {
+                lines,
+                pose,
+                journal: JOURNAL,
+            }
+            .error();
             Err(error.at(recording.name.as_ref(), None))
         };
         self.poses.iter().map(checked).collect()

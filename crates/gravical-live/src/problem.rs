@@ -1,7 +1,5 @@
 //! What is refused of a session, and its sentences.
 
-use crate::folder::JOURNAL;
-
 gravical_recording::errors! {
     "already-calibrated" input:
         AlreadyCalibrated => "the board sends calibrated values, as the line with its settings says: a calibration needs raw ones" =>
@@ -11,8 +9,8 @@ gravical_recording::errors! {
     "sections-empty" input:
         NoPose => "no pose was accepted in this session" => "`gravical live --resume` goes on with it";
     "recording-changed" input:
-        OtherRows { lines: [u32; 2], pose: u32 } =>
-            "lines {} to {} are not those of pose {pose} in {JOURNAL}: the recording was changed", lines[0], lines[1] =>
+        OtherRows { lines: [u32; 2], pose: u32, journal: &'static str } =>
+            "lines {} to {} are not those of pose {pose} in {journal}: the recording was changed", lines[0], lines[1] =>
             "to find the poses anew, give the recording instead of the folder";
     "journal-syntax" input:
         NotAnEvent { why: String } => "not an event: {why}" => "an event a line, as `gravical live` writes them";

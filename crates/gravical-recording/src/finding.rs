@@ -13,7 +13,7 @@ use serde_json::Value;
 use crate::advice::{Advice, with_options};
 use crate::spans::LineSpans;
 
-pub use cases::{Case, EmptyCells, GyroMismatch};
+pub use cases::{Case, EmptyCells, GyroMismatch, Misfit};
 #[doc(hidden)]
 pub type Map = serde_json::Map<String, Value>;
 

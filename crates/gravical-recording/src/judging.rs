@@ -62,6 +62,9 @@ impl Recording {
         let is_known = matches!(scale.origin, Origin::Data | Origin::Given);
         units.contradicts_header = is_known && claim.unit.is_some_and(|c| c != scale.unit);
         units.accel = scale;
+        if scale.unit == AccelUnit::Unknown {
+            self.why_unit_unknown = of_unit.last().cloned();
+        }
         if !options.is_gyroscope {
             self.findings.extend(of_unit);
             if options.accel_unit.is_none() {

@@ -1,7 +1,7 @@
 //! What is refused in reading and writing, and its sentences.
 
 use crate::error::Error;
-use crate::text::Misfit;
+use crate::finding::Misfit;
 
 /// Names of columns that a hint lists.
 const MAX_LISTED: usize = 16;

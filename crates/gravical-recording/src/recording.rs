@@ -126,6 +126,8 @@ pub struct Recording {
     pub clock: Clock,
     /// Units and resolution.
     pub units: Units,
+    /// Why the unit of the accelerometer is not known.
+    pub why_unit_unknown: Option<Finding>,
     /// Faults found.
     pub findings: Vec<Finding>,
 }

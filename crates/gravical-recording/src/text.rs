@@ -13,7 +13,7 @@ mod sniff;
 mod words;
 
 pub(crate) use format::StampPart;
-pub use format::{CALIBRATED, Format, Misfit};
+pub use format::{CALIBRATED, Format};
 pub(crate) use lines::LineBlocks;
 pub use names::Column;
 pub(crate) use names::sensor_of_file;

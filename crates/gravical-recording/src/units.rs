@@ -5,11 +5,11 @@ use std::fmt;
 use gravical_core::unit::STANDARD_GRAVITY_MPS2;
 use serde::{Deserialize, Serialize};
 
-use crate::finding::Finding;
-
 /// Sampling rates (Hz) and full-scale ranges (g, °/s) that are accepted: much wider than any real
 /// sensor, so that windows, scales and durations computed from them are finite.
 pub const POSSIBLE: std::ops::RangeInclusive<f64> = 1e-6..=1e9;
+/// Temperatures that a sensor can have, °C.
+pub const POSSIBLE_C: std::ops::RangeInclusive<f64> = -60.0..=150.0;
 
 /// An enum whose values have one name in files and options.
 macro_rules! units {
@@ -331,8 +331,6 @@ impl GyroScale {
 pub struct Units {
     /// Unit of the accelerometer
     pub accel: AccelScale,
-    /// Why it is unknown
-    pub unknown: Option<Finding>,
     /// Unit of the gyroscope; `None` without one
     pub gyro: Option<GyroScale>,
     /// Value subtracted from the accelerometer's counts
@@ -363,3 +361,22 @@ pub const LSB_PER_DEG_S: [f64; 8] = [
     1000.0 / 35.0,
     1000.0 / 70.0,
 ];
+
+/// How numbers of the converter were written.
+#[derive(Clone, Copy, PartialEq, Eq, Debug, Serialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum Encoding {
+    /// 65535 is −1
+    TwosComplement,
+    /// 32768 is 0
+    OffsetBinary,
+}
+
+impl fmt::Display for Encoding {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(match self {
+            Encoding::TwosComplement => "65535 is -1",
+            Encoding::OffsetBinary => "32768 is 0",
+        })
+    }
+}

@@ -8,7 +8,6 @@ pub use gravical_calibrate::finding::*;
 pub use gravical_calibrate::finding::{Advice, Finding, LineSpans, Severity};
 
 use crate::numfmt::{count, digits, duration_text};
-use crate::poses::rests::Restless;
 
 gravical_recording::findings! {
     "not-filtered" Warning "segments between gaps or breaks are shorter than the filter needs" / "not filtered" / "use a shorter window, or a recording without gaps":

@@ -274,7 +274,11 @@ pub(super) fn names(axes: &AxisMap, placements: &[Pose]) -> Option<Finding> {
         let reversed = Case::NamesReversed.finding();
         reversed.advise("axes", "-x,-y,-z")
     } else if let Some(named) = axes.renamed(&all) {
-        let turned = Case::NamesTurned { axes: *axes, named }.finding();
+        let turned = Case::NamesTurned {
+            axes: axes.to_string(),
+            named: named.to_string(),
+        }
+        .finding();
         turned.advise("axes", named.to_string())
     } else {
         Case::NamesMirrored.finding()

@@ -10,7 +10,7 @@ use gravical_fit::covariance_by_gravity;
 use gravical_fit::model::{BIAS, Covariance, DRIFT, Parameters};
 
 use crate::poses::face::{Face, angle_deg};
-use crate::poses::{Pose, advise_rate};
+use crate::poses::{MAX_FACE_ANGLE_DEG, Pose, advise_rate};
 use crate::problem::Problem;
 use crate::recording::Recording;
 use crate::stats::rms;
@@ -93,6 +93,7 @@ fn incomplete(placements: &[Pose], missing: &[Face], recordings: &[Recording]) -
         missing: missing.to_vec(),
         oblique: placements.iter().filter(|p| p.face.is_none()).count(),
         poses: placements.len(),
+        limit_deg: MAX_FACE_ANGLE_DEG,
     };
     let found = placements.iter().filter(|p| p.is_found);
     let found = found.map(|p| &recordings[p.recording]);

@@ -12,14 +12,14 @@ use gravical_fit::{FittedMotion, GyroOptions, GyroRest, GyroUndetermined, Motion
 
 use crate::calibrate::session::Session;
 use crate::calibration_file::{Covariance, GyroMethod, Gyroscope, MotionCounts};
-use crate::finding::{Case, Finding, LeftOut};
+use crate::finding::{Case, Finding};
 use crate::poses::face::axes_where;
 use crate::recording::LineSpans;
 use crate::recording::units::GyroUnit;
 use crate::stats::rms;
 
 use readings::Readings;
-pub(crate) use readings::{GAP_PERIODS, MAX_MOTION_S};
+use readings::{GAP_PERIODS, LeftOut, MAX_MOTION_S};
 
 /// A scale that is further from nominal is not the one of the data sheet.
 const SCALE_OFF: f64 = 0.1;
@@ -175,8 +175,16 @@ fn motions_left_out(readings: &Readings<'_>) -> Vec<Finding> {
                 motions += 1;
             }
             if motions > 0 {
-                let finding = Case::MotionsLeftOut { motions, why }.finding();
-                let finding = finding.at_lines(&lines);
+                let case = match why {
+                    LeftOut::Gap => Case::MotionsBroken {
+                        motions,
+                        max_s: MAX_MOTION_S,
+                        gap_periods: GAP_PERIODS,
+                    },
+                    LeftOut::Clipped => Case::MotionsClipped { motions },
+                    LeftOut::Outlier => Case::MotionsContradict { motions },
+                };
+                let finding = case.finding().at_lines(&lines);
                 findings.push(finding.in_file(&recording.name));
             }
         }

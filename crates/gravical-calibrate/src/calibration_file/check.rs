@@ -95,7 +95,13 @@ impl Covariance {
     fn check(&self, field: &'static str, possible: [usize; 2]) -> Result<()> {
         let n = self.parameters.len();
         let is_named = possible.map(Self::names).contains(&self.parameters);
-        require(is_named, Problem::OtherParameters { field, possible })?;
+        require(
+            is_named,
+            Problem::OtherParameters {
+                field,
+                possible: possible.map(Covariance::names),
+            },
+        )?;
         let is_square = self.values.len() == n && self.values.iter().all(|row| row.len() == n);
         require(is_square, Problem::NotSquare { field, size: n })?;
         let c = DMatrix::from_fn(n, n, |i, j| self.values[i][j]);

@@ -6,12 +6,13 @@ use std::path::Path;
 use serde::{Deserialize, Serialize};
 
 use crate::hash::sha256;
+use crate::numfmt::words;
 use crate::problem::Problem;
 use crate::recording::Recording;
 use crate::{Error, Result};
 
 /// Largest size of a calibration or a list, which are read at once.
-pub(crate) const MAX_BYTES: u64 = 16 << 20;
+const MAX_BYTES: u64 = 16 << 20;
 
 /// An input file of a result.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
@@ -83,7 +84,10 @@ impl InputFile {
             .and_then(|file| file.take(MAX_BYTES + 1).read_to_end(&mut bytes))
             .map_err(|e| Error::io(path, e))?;
         if bytes.len() as u64 > MAX_BYTES {
-            return Err(Problem::TooLarge { role }.error().at(path, None));
+            let (role, most_bytes) = (words(&role), MAX_BYTES);
+            return Err(Problem::TooLarge { role, most_bytes }
+                .error()
+                .at(path, None));
         }
         let parsed = parse(&bytes).map_err(|e| e.in_file(path))?;
         let input = InputFile {

@@ -35,7 +35,6 @@ pub use input::*;
 pub use types::*;
 #[doc(hidden)]
 pub use unit::judge_unit;
-pub(crate) use unit::measured;
 
 impl Calibration {
     /// Parameters of the accelerometer for the core crate.
@@ -129,7 +128,8 @@ impl Calibration {
             Some(FORMAT) => {}
             Some(other) => {
                 let format = other.to_owned();
-                let error = Problem::OtherFormat { format }.error();
+                let wanted = FORMAT;
+                let error = Problem::OtherFormat { format, wanted }.error();
                 return Err(if other.starts_with("gravical-calibration/") {
                     error.with_hint("calibrate again from the recordings")
                 } else {

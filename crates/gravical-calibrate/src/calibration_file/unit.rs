@@ -84,11 +84,3 @@ pub fn judge_unit(
     }
     Ok(())
 }
-
-/// The magnitude of what is `at_rest`, in words.
-pub(crate) fn measured(at_rest: &str, norm_mps2: Option<f64>) -> String {
-    match norm_mps2 {
-        Some(norm) => format!("calibrated, {at_rest} measure {norm:.2} m/s²"),
-        None => "no row is complete".to_owned(),
-    }
-}

@@ -3,8 +3,7 @@
 use gravical_fit::Grade;
 
 use super::types::{Calibration, Method, PoseKind, PoseResult, Reliability, Verdict};
-use crate::axes::in_words;
-use crate::numfmt::{count, mg, words};
+use crate::numfmt::{count, in_words, mg, words};
 use crate::recording::Finding;
 
 /// Angles between the axes that are less well known than this are worth a word, degrees.

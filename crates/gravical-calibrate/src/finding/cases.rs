@@ -3,16 +3,10 @@
 use std::fmt;
 
 use gravical_fit::MIN_MOTIONS;
+use gravical_recording::{AccelUnit, GyroUnit};
 use serde::Serialize;
 
-use crate::axes::{AXES, AxisMap};
-use crate::calibrate::gyro::{GAP_PERIODS, MAX_MOTION_S};
-use crate::calibration_file::measured;
-use crate::numfmt::{count, milli_g, small};
-use crate::poses::rests::Restless;
-use crate::recording::units::{AccelUnit, GyroUnit};
-use crate::recording::why_calibrated;
-use crate::temperature::NoTemperature;
+use crate::numfmt::{AXES, count, milli_g, small};
 
 gravical_recording::findings! {
     "folder-left-out" Note "a subfolder contains files that may be recordings" / "not read" / "give it separately if it is a session":
@@ -82,7 +76,7 @@ gravical_recording::findings! {
         NamesReversed =>
             "every name says the opposite of the data, which are believed: either a sign means the axis that points down here, or the sensor reads −g where an axis points up, as iPhones do; then other axes give calibrated values the usual sign";
     "names-turned" Warning "the names describe a board that is rotated in its case" / "the data are used: axes of the board" / "give `--axes` for the axes of the case":
-        NamesTurned { axes: AxisMap, named: AxisMap } =>
+        NamesTurned { axes: String, named: String } =>
             "the names describe another way of sitting in the case than the axes {axes}, which are believed; {named} explains all names";
     "names-mirrored" Gate "the names contradict every possible mounting" / "the data are used" / "find the two recordings that were swapped":
         NamesMirrored =>
@@ -140,8 +134,12 @@ gravical_recording::findings! {
             "a bias above 0.35 g ({}): no sensor of this kind has that; was every side that is named really up, and is the unit right?",
             beyond(*bias_mps2, *limit_mps2, |v| format!("{v:+.2} m/s²"));
     "gyro-motions-left-out" Warning "motions between poses of more than 60 s, with a break, or without a reading for more than 4.5 periods; in which the gyroscope reaches the end of its range; or that contradict the others" / "not used for the gyroscope" / "check the lines for bumps and lost samples; rotate more slowly, or record with a wider range":
-        MotionsLeftOut { motions: u64, why: LeftOut } =>
-            "motions between static intervals are left out of the gyroscope's fit ({motions}): they {why}";
+        MotionsBroken { motions: u64, max_s: f64, gap_periods: f64 } =>
+            "motions between static intervals are left out of the gyroscope's fit ({motions}): they last longer than {max_s} s, have a break, or miss its readings for more than {gap_periods} periods";
+        MotionsClipped { motions: u64 } =>
+            "motions between static intervals are left out of the gyroscope's fit ({motions}): they reach the end of its range, turned too fast";
+        MotionsContradict { motions: u64 } =>
+            "motions between static intervals are left out of the gyroscope's fit ({motions}): they contradict the others, by a bump, lost samples, or too fast a turn";
     "gyro-undetermined" Note "the motions do not determine the whole matrix of the gyroscope to 3 %" / "only the bias is estimated; the scale is nominal" / "rotate about the axes that the message names, with that axis level":
         GyroUndetermined { motions: usize, sd: f64, weak: Vec<String>, is_scaled: bool } =>
             "{motions} usable motions between static intervals leave the gyroscope's matrix {}; {}. Turn it about {} by 90° and more, with that axis level, and at least {MIN_MOTIONS} times in all, better twice as often",
@@ -212,33 +210,6 @@ gravical_recording::findings! {
             "one calibration describes the mirror image of the other: in one of the sessions two poses were swapped, or an axis has the wrong sign";
 }
 
-/// Why a motion takes no part in the fit of the gyroscope.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
-#[serde(rename_all = "kebab-case")]
-pub enum LeftOut {
-    /// Too long, with a break, or not read throughout.
-    Gap,
-    /// At the end of the range.
-    Clipped,
-    /// The others say otherwise.
-    Outlier,
-}
-
-impl fmt::Display for LeftOut {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        match self {
-            LeftOut::Gap => write!(
-                f,
-                "last longer than {MAX_MOTION_S} s, have a break, or miss its readings for more than {GAP_PERIODS} periods"
-            ),
-            LeftOut::Clipped => f.write_str("reach the end of its range, turned too fast"),
-            LeftOut::Outlier => {
-                f.write_str("contradict the others, by a bump, lost samples, or too fast a turn")
-            }
-        }
-    }
-}
-
 /// The axes on which a value is beyond the limit, and these values.
 fn beyond(values: [f64; 3], limit: f64, shown: impl Fn(f64) -> String) -> String {
     let axes = AXES.iter().zip(values).filter(|(_, v)| v.abs() > limit);
@@ -299,4 +270,80 @@ fn likeliest(explanations: &[(String, f64)]) -> String {
         text += &format!(", or {}", count(explanations.len() - SHOWN, "other"));
     }
     text
+}
+
+/// Why a recording has no static interval.
+#[doc(hidden)]
+#[derive(Debug, Clone, Serialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum Restless {
+    UnknownUnit,
+    Moves { mps2: f64 },
+    Turns { deg_per_s: f64 },
+    Short { least_s: f64 },
+}
+
+impl fmt::Display for Restless {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Restless::UnknownUnit => {
+                f.write_str("its unit is not known, so that noise cannot be told from motion")
+            }
+            Restless::Moves { mps2 } => write!(
+                f,
+                "where it is quietest each axis moves by {mps2:.1} m/s² rms, at rest by less than 0.3"
+            ),
+            Restless::Turns { deg_per_s } => write!(
+                f,
+                "where it is quietest it turns by {deg_per_s:.0} °/s rms, at rest by less than 2"
+            ),
+            // Blocks have five rows or more.
+            Restless::Short { least_s } => write!(
+                f,
+                "what is quiet is shorter than {least_s} s or 20 rows (without a rate 40 readings, or 10 over most of the recording), or turns"
+            ),
+        }
+    }
+}
+
+/// Why a drift is not taken off.
+#[doc(hidden)]
+#[derive(Debug, Clone, Serialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum NoTemperature {
+    NotRecorded,
+    NotCelsius,
+    SomeIntervals { without: usize, intervals: usize },
+}
+
+impl fmt::Display for NoTemperature {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            NoTemperature::NotRecorded => f.write_str("the recording has no temperatures"),
+            NoTemperature::NotCelsius => f.write_str("the recording's temperatures are not in °C"),
+            NoTemperature::SomeIntervals { without, intervals } => {
+                write!(
+                    f,
+                    "{without} of {intervals} static intervals have no temperature"
+                )
+            }
+        }
+    }
+}
+
+/// Why a recording is taken for a calibrated one.
+fn why_calibrated(by_board: bool) -> &'static str {
+    if by_board {
+        "the board calibrated it, as the line with its settings says (`gravical log --format si` records raw values)"
+    } else {
+        "its columns have the names of calibrated columns"
+    }
+}
+
+/// The magnitude of what is `at_rest`, in words.
+fn measured(at_rest: &str, norm_mps2: Option<f64>) -> String {
+    match norm_mps2 {
+        Some(norm) => format!("calibrated, {at_rest} measure {norm:.2} m/s²"),
+        None => "no row is complete".to_owned(),
+    }
 }

@@ -3,7 +3,8 @@
 
 mod names;
 
-pub use crate::axes::{AXES, AxisMap, in_words};
+pub use crate::axes::AxisMap;
+pub use crate::numfmt::{AXES, in_words};
 pub use gravical_fit::{Face, angle_deg};
 #[doc(hidden)]
 pub use names::{Claim, claim};

@@ -1,17 +1,17 @@
 //! Static intervals of a recording, by the detector of rests ([`gravical_signal::detect_rests`]).
 
-use std::fmt;
 use std::ops::Range;
 
 use gravical_core::matrix3::{norm, sub};
 use gravical_signal::{
     BLOCK_S, MAX_VARIANCE, RestTolerance, Samples, block_len, detect_rests, quantile,
 };
-use serde::Serialize;
 
 use super::face::{Claim, angle_deg};
 use super::nominal::NominalSamples;
 use super::stills::{HELD_DEG, SAME_DEG, brief_rests};
+#[doc(hidden)]
+pub use crate::finding::Restless;
 use crate::recording::Recording;
 use crate::stats::{moments, weighted_median};
 
@@ -132,38 +132,6 @@ pub(crate) fn with_slow_ends(
 
 /// Why a recording has no static interval.
 #[doc(hidden)]
-#[derive(Debug, Clone, Serialize)]
-#[serde(rename_all = "kebab-case")]
-pub enum Restless {
-    UnknownUnit,
-    Moves { mps2: f64 },
-    Turns { deg_per_s: f64 },
-    Short,
-}
-
-impl fmt::Display for Restless {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        match self {
-            Restless::UnknownUnit => f.write_str("no second of it is quiet"),
-            Restless::Moves { mps2 } => write!(
-                f,
-                "where it is quietest each axis moves by {mps2:.1} m/s² rms, at rest by less than 0.3"
-            ),
-            Restless::Turns { deg_per_s } => write!(
-                f,
-                "where it is quietest it turns by {deg_per_s:.0} °/s rms, at rest by less than 2"
-            ),
-            // Blocks have five rows or more.
-            Restless::Short => write!(
-                f,
-                "what is quiet is shorter than {MIN_REST_S} s or 20 rows (without a rate 40 readings, or 10 over most of the recording), or turns"
-            ),
-        }
-    }
-}
-
-/// Why a recording has no static interval.
-#[doc(hidden)]
 pub fn why_never_static(recording: &Recording) -> Restless {
     if recording.units.accel.nominal().is_none() {
         return Restless::UnknownUnit;
@@ -175,7 +143,9 @@ pub fn why_never_static(recording: &Recording) -> Restless {
         [_, rate] if rate > max_rms[1] => Restless::Turns {
             deg_per_s: rate.to_degrees(),
         },
-        _ => Restless::Short,
+        _ => Restless::Short {
+            least_s: MIN_REST_S,
+        },
     }
 }
 

@@ -5,9 +5,7 @@ use std::fmt;
 
 use serde::Serialize;
 
-use crate::judge::{Encoding, POSSIBLE_C};
-use crate::text::Misfit;
-use crate::units::{AccelUnit, GyroUnit, TimeUnit};
+use crate::units::{AccelUnit, Encoding, GyroUnit, POSSIBLE_C, TimeUnit};
 
 /// Columns that a sentence names.
 const MAX_NAMED: usize = 12;
@@ -271,4 +269,34 @@ fn named(columns: &[String]) -> String {
 fn short(value: f64) -> String {
     let digits = (3 - value.abs().max(1e-9).log10().floor() as i32).clamp(0, 6) as usize;
     format!("{value:.digits$}")
+}
+
+/// Why a line of names is no header.
+#[derive(Clone, Copy, Debug, Serialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum Misfit {
+    /// It has not as many names as there are columns
+    Names {
+        line: usize,
+        names: usize,
+        columns: usize,
+    },
+    /// The columns that it names are no accelerometer
+    NoGravity,
+}
+
+impl fmt::Display for Misfit {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Misfit::Names {
+                line,
+                names,
+                columns,
+            } => write!(
+                f,
+                "line {line} has {names} names for {columns} columns, so it cannot be their header"
+            ),
+            Misfit::NoGravity => f.write_str("the columns named so hold no gravity"),
+        }
+    }
 }

@@ -15,9 +15,6 @@ pub fn trend(values: &[f64]) -> (f64, f64) {
     (up / steps, down / steps)
 }
 
-/// Temperatures that a sensor can have, °C.
-pub const POSSIBLE_C: std::ops::RangeInclusive<f64> = -60.0..=150.0;
-
 /// Smallest number of rows for holding values.
 const SPARSE_ROWS: usize = 20;
 

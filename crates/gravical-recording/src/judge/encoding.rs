@@ -1,18 +1,6 @@
 //! Integers of 16 bits that were printed as unsigned.
 
-use std::fmt;
-
-use serde::Serialize;
-
-/// How numbers of the converter were written.
-#[derive(Clone, Copy, PartialEq, Eq, Debug, Serialize)]
-#[serde(rename_all = "kebab-case")]
-pub enum Encoding {
-    /// 65535 is −1
-    TwosComplement,
-    /// 32768 is 0
-    OffsetBinary,
-}
+use crate::units::Encoding;
 
 impl Encoding {
     /// The encoding that the accelerometer shows, if any.
@@ -39,15 +27,6 @@ impl Encoding {
         };
         let written = values.iter_mut().filter(|v| **v >= from);
         written.for_each(|v| *v -= zero);
-    }
-}
-
-impl fmt::Display for Encoding {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        f.write_str(match self {
-            Encoding::TwosComplement => "65535 is -1",
-            Encoding::OffsetBinary => "32768 is 0",
-        })
     }
 }
 

@@ -67,8 +67,8 @@ pub fn shows_gravity(accel: [&[f64]; 3]) -> bool {
 
 /// The unit in which rows at rest show gravity. What the head claims holds unless gravity is off
 /// by more than 10 %; what the user says always does. `is_unsigned`: counts of unknown range, whose
-/// middle was subtracted. Sets `units.contradicts_given`,
-/// `units.is_without_gravity` and `units.unknown`.
+/// middle was subtracted. Sets `units.contradicts_given` and
+/// `units.is_without_gravity`. That the unit is unknown is the last of the findings.
 pub fn accel_unit(
     accel: [&[f64]; 3],
     is_unsigned: bool,
@@ -171,7 +171,6 @@ pub fn accel_unit(
             unknown.finding().advise("accel_unit", "counts")
         }
     };
-    units.unknown = Some(unknown.clone());
     findings.push(unknown);
     AccelScale::default()
 }

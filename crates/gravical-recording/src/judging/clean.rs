@@ -100,6 +100,7 @@ pub(super) fn clean(format: &Format, mut rows: Rows) -> Result<Recording, Proble
             has_unknown_temperature,
             ..Units::default()
         },
+        why_unit_unknown: None,
         findings,
     };
     let texts: Vec<&[u8]> = format

@@ -1,8 +1,6 @@
 //! What the head of a file says.
 
-use std::{fmt, slice};
-
-use serde::Serialize;
+use std::slice;
 
 use super::dialect::Dialect;
 use super::names::Column;
@@ -10,6 +8,7 @@ use super::rows::Rows;
 use super::words::LinePattern;
 use crate::board::BoardSettings;
 use crate::date::compact_day_s;
+use crate::finding::Misfit;
 use crate::metadata;
 use crate::options::ReadOptions;
 use crate::role::Role;
@@ -74,36 +73,6 @@ pub struct Format {
     pub options: ReadOptions,
     /// Rate that the head states
     pub rate_hz: Option<f64>,
-}
-
-/// Why a line of names is no header.
-#[derive(Clone, Copy, Debug, Serialize)]
-#[serde(rename_all = "kebab-case")]
-pub enum Misfit {
-    /// It has not as many names as there are columns
-    Names {
-        line: usize,
-        names: usize,
-        columns: usize,
-    },
-    /// The columns that it names are no accelerometer
-    NoGravity,
-}
-
-impl fmt::Display for Misfit {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        match self {
-            Misfit::Names {
-                line,
-                names,
-                columns,
-            } => write!(
-                f,
-                "line {line} has {names} names for {columns} columns, so it cannot be their header"
-            ),
-            Misfit::NoGravity => f.write_str("the columns named so hold no gravity"),
-        }
-    }
 }
 
 /// A column that holds a part of the stamps.

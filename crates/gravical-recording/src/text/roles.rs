@@ -11,9 +11,10 @@ mod numbers;
 
 pub(crate) use clocks::is_counter;
 
-use super::format::{Format, Misfit};
+use super::format::Format;
 use super::names::sensor_of_file;
 use super::rows::Rows;
+use crate::finding::Misfit;
 use crate::judge::shows_gravity;
 use crate::problem::Problem;
 use crate::role::Role;

@@ -1,7 +1,7 @@
 //! From the head of a file to its format.
 
 use super::dialect::{Dialect, fields, is_blank, is_comment, uncommented};
-use super::format::{Format, Misfit};
+use super::format::Format;
 use super::header::{Header, names_sensor};
 use super::lines::trim_end;
 use super::names::{self, Column};
@@ -13,6 +13,7 @@ use super::words::LinePattern;
 use crate::board::BoardSettings;
 use crate::date::{self, parse_date};
 use crate::error::Error;
+use crate::finding::Misfit;
 use crate::metadata;
 use crate::options::ReadOptions;
 use crate::problem::Problem;

@@ -7,7 +7,7 @@ use gravical_core::matrix3;
 use gravical_fit::{Motion, Sample, StaticInterval};
 use gravical_recording::range_end;
 
-use crate::finding::{Case, Finding, LeftOut};
+use crate::finding::{Case, Finding};
 use crate::poses::mean::pooled_noise;
 use crate::poses::rests::with_slow_ends;
 use crate::poses::{Pose, Segmentation, sum_of_rows};
@@ -17,12 +17,23 @@ use crate::stats::mean_of_finite;
 
 /// A longer step is a gap, in periods: what happened in it is not known. Over a shorter one the rate is a
 /// straight line, whether rows are lost or their cells empty.
-pub(crate) const GAP_PERIODS: f64 = 4.5;
+pub(super) const GAP_PERIODS: f64 = 4.5;
 /// Over a longer motion the bias drifts more than the closure tells, s.
-pub(crate) const MAX_MOTION_S: f64 = 60.0;
+pub(super) const MAX_MOTION_S: f64 = 60.0;
 /// Length of the blocks that the noise is taken from, s: longer than the correlation behind any low-pass
 /// in use, shorter than a static interval.
 const BLOCK_S: f64 = 0.25;
+
+/// Why a motion takes no part in the fit of the gyroscope.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) enum LeftOut {
+    /// Too long, with a break, or not read throughout.
+    Gap,
+    /// At the end of the range.
+    Clipped,
+    /// The others say otherwise.
+    Outlier,
+}
 
 /// Static intervals and motions of all recordings.
 #[derive(Default)]
