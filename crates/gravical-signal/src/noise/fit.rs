@@ -273,7 +273,7 @@ impl NoisePoints {
         for _ in 0..10 {
             let Some(variance) = self
                 .square_variance(&limit, Some(term))
-                .filter(|v| v.is_finite())
+                .filter(|v| v.is_finite() && *v >= 0.0)
             else {
                 return TermEstimate::Unknown {
                     at_most: None,
@@ -343,13 +343,11 @@ pub fn fit_noise(points: &NoisePoints) -> Option<NoiseFit> {
         let variance = filtered.square_variance(&model, None);
         variance.is_some_and(|v| model.edge.abs() > SEEN * v.sqrt())
     });
-    let first = match agrees(points, MAX_DEVIATION) && !is_filtered {
-        true => None,
-        false => (0..=last).find(|first| agrees(&points.after(*first, true), BEHIND)),
-    };
-    let used = match first {
-        None => points.clone(),
-        Some(first) => points.after((first + MORE).min(last), true),
+    let used = if agrees(points, MAX_DEVIATION) && !is_filtered {
+        points.clone()
+    } else {
+        let first = (0..=last).find(|first| agrees(&points.after(*first, true), BEHIND));
+        points.after(first.map_or(last, |first| (first + MORE).min(last)), true)
     };
     let model = used.reweighted()?;
     let deviations = used.deviations(&model);

@@ -41,8 +41,8 @@ use std::ops::Range;
 use std::path::Path;
 
 use gravical_signal::{
-    AllanVariance, BLOCK_S, NoiseModel, NoisePoints, TermEstimate, allan_variances, block_len,
-    chi_square_factors, find_slow, fit_noise,
+    AllanVariance, BLOCK_S, NoiseFit, NoiseModel, NoisePoints, TermEstimate, allan_variances,
+    block_len, chi_square_factors, find_slow, fit_noise,
 };
 
 use crate::Result;
@@ -80,6 +80,9 @@ const MIN_OF_RESOLUTION: f64 = 0.4;
 const MAX_CHANGE_C: f64 = 1.0;
 /// Why N is not seen, however long the recording.
 const HIDDEN_N: &str = "not visible: no averaging time is beyond the low-pass and below the wander of the bias; set a wider low-pass and a faster rate";
+/// Why K is not given where a trend explains the recording as well.
+const LIKE_A_TREND: &str =
+    "a drift of the bias explains it as well; record at constant temperature, and for longer";
 
 /// Analyses the noise of the recording at `path`; `-` is standard input.
 ///
@@ -210,8 +213,8 @@ fn noise_of_segments(
     let rounding = Rounding::of(segments, step, period_s);
     let longest = segments.iter().map(Vec::len).max().unwrap_or(0);
     let longest_s = longest as f64 * period_s;
-    let first = segments.iter().find(|s| s.len() == longest);
-    let slow = first.map_or_else(Default::default, |s| find_slow(s));
+    let first = segments.iter().position(|s| s.len() == longest);
+    let slow = first.map_or_else(Default::default, |first| find_slow(&segments[first]));
     let without_trend: Vec<Vec<f64>> = slow.trend.map_or_else(Vec::new, |trend| {
         let without = |segment: &Vec<f64>| -> Vec<f64> {
             let samples = segment.iter().enumerate();
@@ -220,8 +223,9 @@ fn noise_of_segments(
                 .collect()
         };
         // The exponential has decayed to an unknown part in the others.
-        let same = |s: &&Vec<f64>| trend.size == 0.0 || s.len() == longest;
-        segments.iter().filter(same).map(without).collect()
+        let kept = segments.iter().enumerate();
+        let kept = kept.filter(|(i, _)| trend.size == 0.0 || Some(*i) == first);
+        kept.map(|(_, segment)| without(segment)).collect()
     });
     let segments = if slow.trend.is_some() {
         &without_trend[..]
@@ -274,7 +278,7 @@ fn noise_of_segments(
         channel.not_observable = none_observable(reason, None);
         return (channel, None);
     };
-    take_estimates(&mut channel, &fit.estimates, longest_s, slow.walks);
+    take_estimates(&mut channel, &fit, longest_s, slow.walks);
     if let Some(n) = &mut channel.n {
         let off = rounding.off();
         (n.low, n.high) = (n.low * (1.0 - off), n.high * (1.0 + off));
@@ -344,31 +348,29 @@ impl Rounding {
     }
 }
 
-fn take_estimates(
-    channel: &mut ChannelNoise,
-    estimates: &[TermEstimate; 3],
-    longest_s: f64,
-    walks: bool,
-) {
+fn take_estimates(channel: &mut ChannelNoise, fit: &NoiseFit, longest_s: f64, walks: bool) {
+    let is_filtered = fit.model.edge != 0.0;
     let places = [&mut channel.n, &mut channel.b, &mut channel.k];
-    for ((term, place), estimate) in Term::ALL.into_iter().zip(places).zip(estimates) {
-        let (at_most, record_s) = match *estimate {
-            TermEstimate::Known { value, low, high } => {
-                if term == Term::K && !walks {
-                    (Some(high), Some(2.0 * longest_s))
-                } else {
-                    *place = Some(Estimate { value, low, high });
-                    continue;
-                }
-            }
-            TermEstimate::Unknown { at_most, record_s } => (at_most, record_s),
-        };
-        let record_s = record_s.filter(|_| term != Term::N);
+    for ((term, place), estimate) in Term::ALL.into_iter().zip(places).zip(fit.estimates) {
         let what = format!("not observable in {}", duration_text(longest_s));
-        let reason = match record_s {
-            _ if term == Term::N => HIDDEN_N.to_owned(),
-            Some(s) => format!("{what}: record at least {}", duration_text(s)),
-            None => format!("{what}, nor in a thousand times that"),
+        let (at_most, record_s, reason) = match estimate {
+            TermEstimate::Known { high, .. } if term == Term::K && !walks => {
+                (Some(high), None, format!("{what}: {LIKE_A_TREND}"))
+            }
+            TermEstimate::Known { value, low, high } => {
+                *place = Some(Estimate { value, low, high });
+                continue;
+            }
+            TermEstimate::Unknown { at_most, .. } if term == Term::N && is_filtered => {
+                (at_most, None, HIDDEN_N.to_owned())
+            }
+            TermEstimate::Unknown { at_most, record_s } => {
+                let reason = match record_s {
+                    Some(s) => format!("{what}: record at least {}", duration_text(s)),
+                    None => format!("{what}, nor in a thousand times that"),
+                };
+                (at_most, record_s, reason)
+            }
         };
         channel.not_observable.push(NotObservable {
             term: term.symbol().to_owned(),
