@@ -201,18 +201,16 @@ pub fn compare(a: &Calibration, b: &Calibration, names: [&str; 2]) -> Result<Com
     };
     findings.extend(shared);
     let tested = |test: Test| Some(test).filter(|t| has_covariances && t.degrees_of_freedom > 0);
-    let judge = |what: &str, test: Option<&Test>| match is_same {
-        true => (Judgement::Agrees, format!("{what}: the same in both")),
-        false => judge(
-            what,
-            test,
-            (PART_SIGNIFICANCE, Judgement::Differs),
-            no_proof,
-        ),
+    let judge = |what: &str, test: Option<&Test>, no_proof: Option<&str>| {
+        if is_same {
+            return (Judgement::Agrees, format!("{what}: the same in both"));
+        }
+        let level = (PART_SIGNIFICANCE, Judgement::Differs);
+        judge(what, test, level, no_proof)
     };
     let parameters = parameters(&found, has_covariances);
     let test = tested(found.magnitude.test);
-    let (judgement, reason) = judge("bias, scale and misalignment", test.as_ref());
+    let (judgement, reason) = judge("bias, scale and misalignment", test.as_ref(), no_proof);
     let mut reasons = vec![reason];
     if judgement.is_change() {
         reasons.extend(most(&parameters[..9]));
@@ -230,7 +228,9 @@ pub fn compare(a: &Calibration, b: &Calibration, names: [&str; 2]) -> Result<Com
             .iter()
             .all(|f| f.reliability.fit.is_none_or(|fit| fit.oriented));
         let test = tested(turn.test).filter(|_| is_oriented);
-        let (judgement, reason) = judge("directions of the axes in the case", test.as_ref());
+        let open = (!is_oriented).then_some("one of the sessions has faces on less than two axes");
+        let what = "directions of the axes in the case";
+        let (judgement, reason) = judge(what, test.as_ref(), no_proof.or(open));
         reasons.push(reason);
         let turn: [f64; 3] = std::array::from_fn(|i| turn.value[i]);
         let angle = norm(&turn);

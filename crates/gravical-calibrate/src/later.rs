@@ -41,7 +41,7 @@ fn probability(p: f64) -> String {
     }
 }
 
-/// In a word.
+/// What a test says of two sets of parameters, or of one and new readings.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum Judgement {
@@ -70,37 +70,37 @@ impl Judgement {
 /// The judgement and its reasons.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Verdict {
-    /// In a word.
+    /// The judgement.
     pub judgement: Judgement,
     /// Why: what was found, what was not tested.
     pub reasons: Vec<String>,
 }
 
-/// What becomes of the test of `what` at a level, in words, too: a change beyond it, else agreement unless that would
-/// prove nothing.
+/// Judges the test of `what` at a level, with the reason in words: a change beyond it, else agreement, unless that
+/// would prove nothing because of `no_proof`.
 pub(crate) fn judge(
     what: &str,
     test: Option<&Test>,
     (level, change): (f64, Judgement),
     no_proof: Option<&str>,
 ) -> (Judgement, String) {
-    let (judgement, verb) = match (test, no_proof) {
-        (Some(test), _) if test.p_value < level => (change, "differ by more than"),
-        (Some(_), None) => (Judgement::Agrees, "agree within"),
-        (_, why) => {
-            let why = why.unwrap_or("one of the sessions has faces on less than two axes");
-            return (Judgement::Undecided, format!("{what}: not tested, {why}"));
+    let Some(test) = test.filter(|test| test.degrees_of_freedom > 0) else {
+        let why = no_proof.unwrap_or("their uncertainty determines nothing");
+        return (Judgement::Undecided, format!("{what}: not tested, {why}"));
+    };
+    let freedom = count(test.degrees_of_freedom, "degree");
+    let (p, chi2) = (probability(test.p_value), test.chi2);
+    let tested = format!("{p}, the limit is {level} (χ² = {chi2:.1} with {freedom} of freedom)");
+    let (judgement, verb) = match no_proof {
+        _ if test.p_value < level => (change, "differ by more than"),
+        None => (Judgement::Agrees, "agree within"),
+        Some(why) => {
+            let reason = format!("{what}: agreement would prove nothing, {why}");
+            return (Judgement::Undecided, reason);
         }
     };
-    let tested = test.map_or_else(String::new, |test| {
-        let freedom = count(test.degrees_of_freedom, "degree");
-        let (p, chi2) = (probability(test.p_value), test.chi2);
-        format!("{p}, the limit is {level} (χ² = {chi2:.1} with {freedom} of freedom)")
-    });
-    (
-        judgement,
-        format!("{what} {verb} the uncertainty: {tested}"),
-    )
+    let reason = format!("{what} {verb} the uncertainty: {tested}");
+    (judgement, reason)
 }
 
 /// One of the two sides that are held against each other.
