@@ -47,5 +47,5 @@ pub use sensor::{
 pub use sphere::{Sphere, centre};
 pub use trust::{
     Budget, CONTRADICTION, FAIR_MPS2, GOOD_MPS2, Grade, LeftOut, NextPose, Trust, UNVERIFIED_MPS2,
-    Undetected, grade,
+    Undetected, grade, is_open, rival,
 };

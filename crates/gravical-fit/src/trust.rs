@@ -146,10 +146,13 @@ impl Fit {
     /// All of it; `order` has the numbers of the poses in the order of time: without it the bias is not taken to move.
     pub fn trust(&self, order: Option<&[usize]>) -> Trust {
         let explanations = self.explanations(order);
-        let differences = explanations.iter().map(|e| e.difference_mps2);
-        let difference_mps2 = differences.fold(0.0, f64::max);
         let mut worst = self.weakest();
-        worst.error_mps2 += difference_mps2;
+        if let Some(rival) = rival(&explanations) {
+            if rival.difference_mps2 > worst.error_mps2 {
+                worst.direction = rival.direction;
+            }
+            worst.error_mps2 += rival.difference_mps2;
+        }
         let left_out = self.left_out();
         // Without a pose that can be left out the data sheet alone would show an error.
         let is_tested = left_out.iter().any(Option::is_some);
@@ -405,6 +408,12 @@ const APART: f64 = 33.0 * std::f64::consts::PI / 180.0;
 /// determine what that pose should read.
 const MAX_UNDETERMINED_MPS2: f64 = 0.5;
 
+/// The explanation whose result differs most from the one that is given.
+pub fn rival(explanations: &[Explained]) -> Option<&Explained> {
+    let by_size = |a: &&Explained, b: &&Explained| a.difference_mps2.total_cmp(&b.difference_mps2);
+    explanations.iter().max_by(by_size)
+}
+
 /// Root mean square of the errors of poses left out; none if no pose can be.
 pub(crate) fn left_out_rms(left_out: &[Option<LeftOut>]) -> Option<f64> {
     let errors = left_out.iter().flatten();
@@ -426,9 +435,14 @@ impl Trust {
             self.predicted_mps2,
             Some(self.worst.error_mps2),
             self.undetected.map(|u| u.effect_mps2),
-            self.left_out.iter().flatten().any(contradicts),
+            self.left_out.iter().flatten().any(contradicts) || is_open(&self.explanations),
         )
     }
+}
+
+/// True where explanations that cannot be ruled out differ by more than a fair result may be off.
+pub fn is_open(explanations: &[Explained]) -> bool {
+    rival(explanations).is_some_and(|rival| rival.difference_mps2 > FAIR_MPS2)
 }
 
 /// The grade of a result whose error of ‖a‖ is predicted over all directions (σ) and in the worst one (95 %), in m/s²,

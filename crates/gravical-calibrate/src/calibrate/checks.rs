@@ -169,10 +169,10 @@ fn explanations(
     let is_told = |e: &Explained| match e.explanation {
         Explanation::Nothing => true,
         Explanation::BadPose(k) => !poses[k].fitted,
+        Explanation::BadPoses => true,
         Explanation::Step(_) | Explanation::Drift => false,
     };
-    let differences = all.iter().map(|e| e.difference_mps2);
-    let difference_mps2 = differences.fold(0.0, f64::max);
+    let difference_mps2 = gravical_fit::rival(all)?.difference_mps2;
     let claimed_mps2 = reliability.worst_direction.map_or(0.0, |w| w.error_mps2);
     if difference_mps2 < MATTERS * claimed_mps2 || all.len() < 2 && all.iter().all(is_told) {
         return None;
@@ -181,6 +181,7 @@ fn explanations(
         let what = match e.explanation {
             Explanation::Nothing => "a nonlinear response".to_owned(),
             Explanation::BadPose(k) => format!("{} is off", poses[k].called()),
+            Explanation::BadPoses => "the poses that are left out are off".to_owned(),
             Explanation::Step(k) => format!("the bias moved before {}", poses[k].called()),
             Explanation::Drift => "the bias drifted".to_owned(),
         };

@@ -41,7 +41,6 @@ impl Session<'_> {
     /// Numbers of the poses in the order of time, and where that is from: lines of one recording, the stamps of several,
     /// else the order of their names.
     pub fn order(&self) -> (Vec<usize>, OrderOf) {
-        let of = |name: &str| self.recordings.iter().position(|r| r.name == name);
         let stamps = self.recordings.iter().map(Recording::start_unix_s);
         let stamps: Option<Vec<f64>> = stamps.collect();
         let order_of = match (self.recordings.len(), &stamps) {
@@ -51,9 +50,8 @@ impl Session<'_> {
         };
         let place = |k: &usize| {
             let pose = &self.segmentation.poses[*k];
-            let file = of(&pose.source).unwrap_or(usize::MAX);
-            let start_s = stamps.as_ref().and_then(|s| s.get(file).copied());
-            (start_s.unwrap_or(0.0), file, pose.lines)
+            let start_s = stamps.as_ref().and_then(|s| s.get(pose.recording).copied());
+            (start_s.unwrap_or(0.0), pose.recording, pose.lines)
         };
         let mut order: Vec<usize> = (0..self.segmentation.poses.len()).collect();
         order.sort_by(|a, b| place(a).partial_cmp(&place(b)).unwrap_or(Ordering::Equal));

@@ -95,7 +95,13 @@ impl Calibration {
         let predicted = r.predicted_mps2.unwrap_or(f64::INFINITY);
         let error = r.worst_direction.map(|worst| worst.error_mps2);
         let hidden = r.undetected.map(|undetected| undetected.effect_mps2);
-        gravical_fit::grade(predicted, error, hidden, self.contradiction().is_some())
+        let is_open = gravical_fit::is_open(&r.explanations);
+        gravical_fit::grade(
+            predicted,
+            error,
+            hidden,
+            is_open || self.contradiction().is_some(),
+        )
     }
 
     /// Which error of one pose is not detected with 90 %, and what it does. The poses that would test it are

@@ -20,6 +20,8 @@ pub enum Explanation {
     Nothing,
     /// This pose is off.
     BadPose(usize),
+    /// The poses that were left out are off.
+    BadPoses,
     /// The bias moved once, before this pose.
     Step(usize),
     /// The bias moved steadily.
@@ -37,11 +39,13 @@ pub struct Explained {
     pub probability: f64,
     /// Largest difference of ‖a‖ over the sphere between its result and the one that is given, m/s².
     pub difference_mps2: f64,
+    /// Where it is that large: unit vector of specific force.
+    pub direction: [f64; 3],
 }
 
 /// Before any reading: the probability that a pose is off, by some 50 mg …
-const BAD_POSE: f64 = 0.02;
-const BAD_POSE_MPS2: f64 = 0.5;
+pub(super) const BAD_POSE: f64 = 0.02;
+pub(super) const BAD_POSE_MPS2: f64 = 0.5;
 /// … that the bias moves once in a session, and that it drifts, each by some 20 mg.
 const STEP: f64 = 0.03;
 const DRIFT: f64 = 0.03;
@@ -62,8 +66,16 @@ impl Search {
             let mut search = fresh.clone();
             search.poses[place].outlier_sd = BAD_POSE_MPS2;
             let pose = self.place_of.iter().position(|p| *p == place);
-            let bad = Explanation::BadPose(pose.unwrap_or_default());
-            all.push(weighed(search, bad, BAD_POSE));
+            all.extend(pose.map(|k| weighed(search, Explanation::BadPose(k), BAD_POSE)));
+        }
+        let count = self.poses.iter().filter(|pose| pose.bad.is_some()).count();
+        if count > 1 {
+            let mut search = fresh.clone();
+            for (pose, found) in search.poses.iter_mut().zip(&self.poses) {
+                pose.outlier_sd = found.bad.map_or(0.0, |_| BAD_POSE_MPS2);
+            }
+            let prior = BAD_POSE.powi(count as i32);
+            all.push(weighed(search, Explanation::BadPoses, prior));
         }
         // A drift with temperature has the columns already.
         if let Some(order) = order.filter(|order| order.len() > 1 && !self.held.drift) {
@@ -81,10 +93,14 @@ impl Search {
             .map(|(_, _, log)| *log)
             .fold(f64::NEG_INFINITY, f64::max);
         let sum: f64 = all.iter().map(|(_, _, log)| (log - best).exp()).sum();
-        let explained = |(explanation, other, log): &(Explanation, Parameters, f64)| Explained {
-            explanation: *explanation,
-            probability: (log - best).exp() / sum,
-            difference_mps2: self.largest_difference(x, other),
+        let explained = |(explanation, other, log): &(Explanation, Parameters, f64)| {
+            let (direction, difference_mps2) = self.largest_difference(x, other);
+            Explained {
+                explanation: *explanation,
+                probability: (log - best).exp() / sum,
+                difference_mps2,
+                direction: direction.into(),
+            }
         };
         let mut likely: Vec<Explained> = all.iter().map(explained).collect();
         likely.retain(|e| e.probability > LIKELY);
@@ -107,14 +123,16 @@ impl Search {
         search
     }
 
-    fn largest_difference(&self, x: &Parameters, other: &Parameters) -> f64 {
+    /// The direction in which ‖a‖ by two results differs most, and by how much, m/s².
+    fn largest_difference(&self, x: &Parameters, other: &Parameters) -> (Vector3<f64>, f64) {
         let (inverse, gravity) = (inverse(x), self.held.gravity);
         let shift = bias(other, 0.0) - bias(x, 0.0);
-        let difference =
-            |n: Vector3<f64>| (inverse * (matrix(other) * n * gravity + shift)).norm() - gravity;
-        sphere(DIRECTIONS)
-            .map(|n| difference(n).abs())
-            .fold(0.0, f64::max)
+        let length = |n: Vector3<f64>| (inverse * (matrix(other) * n * gravity + shift)).norm();
+        let each = sphere(DIRECTIONS).map(|n| (n, (length(n) - gravity).abs()));
+        each.fold(
+            (Vector3::z(), 0.0),
+            |most, one| if one.1 > most.1 { one } else { most },
+        )
     }
 }
 

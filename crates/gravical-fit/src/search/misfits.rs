@@ -2,6 +2,7 @@
 
 use statrs::distribution::{ContinuousCDF, FisherSnedecor};
 
+use super::explanations::{BAD_POSE, BAD_POSE_MPS2};
 use super::state::{Found, Search};
 use crate::rows::{Hyperparameters, Lengths};
 
@@ -96,17 +97,15 @@ impl Search {
     /// An error of pose `k` explains the session better than a nonlinear response does: the evidence for
     /// both, a pose in fifty being off by some 50 mg.
     pub fn is_outlier(&self, k: usize, found: &Found) -> bool {
-        const SHARE: f64 = 0.02;
-        const ERROR_MPS2: f64 = 0.5;
         if self.poses.len() > MAX_SESSION {
             return true;
         }
         let mut other = self.clone();
-        other.poses[k].outlier_sd = ERROR_MPS2;
+        other.poses[k].outlier_sd = BAD_POSE_MPS2;
         let Some(without) = other.settle() else {
             return false;
         };
-        other.evidence(&without) + SHARE.ln() > self.evidence(found)
+        other.evidence(&without) + BAD_POSE.ln() > self.evidence(found)
     }
 
     /// Logarithm of the likelihood of the session, integrated over parameters and the spread of bends
