@@ -3,6 +3,7 @@
 //! A verdict is wrong if the error of ‖a‖ in the worst direction, against the mean bias of the session, exceeds 20 mg or
 //! twice what is claimed.
 
+use gravical_calibrate::Error;
 use gravical_calibrate::calibrate::{CalibrateOptions, calibrate};
 use gravical_calibrate::calibration_file::{Calibration, GravitySource};
 use gravical_calibrate::gravity::Gravity;
@@ -60,7 +61,7 @@ const DISTURBANCES: [Disturbance; 10] = [
 ];
 
 /// Six faces and `free` poses at 100 Hz, as text, and the truth.
-fn session(seed: u64, free: u32, disturbance: Disturbance) -> (String, Simulation) {
+fn session(seed: u64, free: u32, disturbance: Disturbance) -> Result<(String, Simulation), Error> {
     let mut options = SimulateOptions::new(Scenario::Poses(PosesOptions { free, hold_s: 4.0 }));
     options.seed = seed;
     let mut thermometer = true;
@@ -74,7 +75,7 @@ fn session(seed: u64, free: u32, disturbance: Disturbance) -> (String, Simulatio
         options.sensor.bias_drift_mg_per_c = mg / 10.0;
         thermometer = is_there;
     }
-    let simulation = simulate(&options).expect("options are in their range");
+    let simulation = simulate(&options)?;
     let mut rng = ChaCha8Rng::seed_from_u64(seed + 1_000_000);
     let poses = &simulation.truth.files[0].poses;
     let mut text = String::from("t (ms),ax (m/s^2),ay (m/s^2),az (m/s^2),temp (C)\n");
@@ -118,7 +119,7 @@ fn session(seed: u64, free: u32, disturbance: Disturbance) -> (String, Simulatio
             .collect::<Vec<_>>()
             .join("\n");
     }
-    (text, simulation)
+    Ok((text, simulation))
 }
 
 /// The largest error of ‖a‖, against the bias in the middle of its drift over the poses, m/s².
@@ -146,7 +147,7 @@ fn worst(found: &Calibration, simulation: &Simulation) -> f64 {
     sphere(500).map(off).fold(0.0, f64::max)
 }
 
-fn main() {
+fn main() -> Result<(), Error> {
     let count = std::env::args()
         .nth(1)
         .and_then(|a| a.parse().ok())
@@ -168,7 +169,7 @@ fn main() {
             let (mut errors, mut claims, mut poses) = (vec![], vec![], 0);
             let mut findings = std::collections::BTreeMap::<String, u32>::new();
             for seed in 0..count {
-                let (text, simulation) = session(10_000 + seed, free, disturbance);
+                let (text, simulation) = session(10_000 + seed, free, disturbance)?;
                 let found = read_bytes(text.as_bytes(), "session.csv", &ReadOptions::default())
                     .and_then(|recording| calibrate(&[recording], &options));
                 let Ok(found) = found.map(|c| c.calibration) else {
@@ -210,4 +211,5 @@ fn main() {
             );
         }
     }
+    Ok(())
 }
