@@ -4,6 +4,7 @@ use gravical_fit::Face;
 use serde::{Deserialize, Serialize};
 
 use crate::numfmt::AXES;
+use crate::poses::MAX_FACE_ANGLE_DEG;
 use crate::problem::Problem;
 use crate::{Error, Result};
 
@@ -65,6 +66,14 @@ impl AxisMap {
         (!map.mirrors() || map.inverts()).then_some(map)
     }
 
+    /// The map of a case whose z and x point up where these axes of the board do; none of one axis.
+    fn of_up(z: Face, x: Face) -> Option<AxisMap> {
+        let y = (0..3).find(|y| ![z.axis, x.axis].contains(y) && z.axis != x.axis)?;
+        let rows = |same| [(x.axis, x.up), (y, same), (z.axis, z.up)];
+        let maps = [true, false].map(|same| AxisMap { rows: rows(same) });
+        maps.into_iter().find(|map| !map.mirrors())
+    }
+
     /// Each sign turns the hand over, and so does a swap of two axes.
     fn mirrors(&self) -> bool {
         let [(a, _), (b, _), _] = self.rows;
@@ -86,6 +95,47 @@ impl AxisMap {
         AxisMap {
             rows: self.rows.map(|(axis, same)| (axis, same != flip)),
         }
+    }
+}
+
+/// What two placements say of the axes of the case: they are as `axes` has them if it lay with its z up in the one,
+/// and with its x up in the other.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
+pub struct CaseAxes {
+    /// Number of the first placement on a face, from 1.
+    pub z_up: usize,
+    /// Number of the first one after it on another axis.
+    pub x_up: usize,
+    /// The map.
+    #[serde(serialize_with = "as_text")]
+    pub axes: AxisMap,
+}
+
+fn as_text<S: serde::Serializer>(axes: &AxisMap, to: S) -> std::result::Result<S::Ok, S::Error> {
+    to.collect_str(axes)
+}
+
+impl CaseAxes {
+    /// Of mean specific forces at rest in the axes of the board, in order; none where fewer than two axes were up.
+    pub fn of(means: impl IntoIterator<Item = [f64; 3]>) -> Option<CaseAxes> {
+        let faces = (1..).zip(means.into_iter().map(Face::nearest));
+        let mut faces = faces.filter(|(_, (_, angle_deg))| *angle_deg <= MAX_FACE_ANGLE_DEG);
+        let (z_up, (z, _)) = faces.next()?;
+        faces.find_map(|(x_up, (x, _))| {
+            let axes = AxisMap::of_up(z, x)?;
+            Some(CaseAxes { z_up, x_up, axes })
+        })
+    }
+}
+
+impl std::fmt::Display for CaseAxes {
+    /// `--axes y,-x,z` gives the axes of the case, if its z was up in 1 and its x in 3.
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        let CaseAxes { z_up, x_up, axes } = self;
+        write!(
+            f,
+            "`--axes {axes}` gives the axes of the case, if its z was up in {z_up} and its x in {x_up}"
+        )
     }
 }
 

@@ -8,7 +8,7 @@ use serde::Serialize;
 use crate::Result;
 use crate::calibration_file::{Calibration, SensorInfo};
 use crate::finding::{Case, Finding};
-use crate::numfmt::{count, words};
+use crate::numfmt::{count, name};
 use crate::problem::Problem;
 use crate::recording::{Recording, common_serial};
 use gravical_recording::utc::UtcTime;
@@ -63,7 +63,7 @@ impl Judgement {
 
     /// As in JSON: `does-not-fit`.
     pub fn name(self) -> String {
-        words(&self).replace(' ', "-")
+        name(&self)
     }
 }
 

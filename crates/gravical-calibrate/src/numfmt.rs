@@ -102,12 +102,17 @@ pub fn unit(name: &str) -> String {
     }
 }
 
-/// A value of an enum in words: its name in JSON with spaces.
-pub fn words(value: &impl serde::Serialize) -> String {
+/// The name of a value of an enum, as in JSON.
+pub fn name(value: &impl serde::Serialize) -> String {
     match serde_json::to_value(value) {
-        Ok(serde_json::Value::String(name)) => name.replace('-', " "),
+        Ok(serde_json::Value::String(name)) => name,
         _ => String::new(),
     }
+}
+
+/// The same in words, with spaces.
+pub fn words(value: &impl serde::Serialize) -> String {
+    name(value).replace('-', " ")
 }
 
 /// A number of things: `1 pose`, `2 poses`.

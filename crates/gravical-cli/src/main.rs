@@ -39,6 +39,7 @@ enum Verb {
     Denoise(Box<cmd::denoise::Args>),
     Convert(Box<cmd::convert::Args>),
     Motion(Box<cmd::motion::Args>),
+    Orient(Box<cmd::orient::Args>),
     Noise(Box<cmd::noise::Args>),
     Demo(cmd::demo::Args),
     Check(Box<cmd::check::Args>),
@@ -57,7 +58,9 @@ const GROUPS: [(&str, &[&str]); 4] = [
     ("Calibrate", &["inspect", "calibrate", "check", "compare"]),
     (
         "Use",
-        &["apply", "export", "motion", "noise", "denoise", "convert"],
+        &[
+            "apply", "export", "motion", "orient", "noise", "denoise", "convert",
+        ],
     ),
     ("More", &["demo", "simulate", "completions", "help"]),
 ];

@@ -6,6 +6,7 @@ use std::path::{Path, PathBuf};
 
 use gravical::calibration_file::{InputFile, creation_time};
 use gravical::escape::{one_line, path_text};
+use gravical::motion::MotionTable;
 use gravical::output::{write_atomic, write_text};
 use gravical::recording::Finding;
 use gravical::targets::{check_targets, place, same_target};
@@ -206,6 +207,19 @@ impl TableArgs {
             }
             None => Ok(fill(&mut io::stdout().lock())?),
         }
+    }
+
+    /// Writes the table of a motion, if it goes anywhere.
+    ///
+    /// # Errors
+    ///
+    /// Those of [`TableArgs::write`].
+    pub fn write_table(&self, table: &MotionTable<'_>) -> anyhow::Result<()> {
+        if self.file().is_none() && !self.is_printed() {
+            return Ok(());
+        }
+        let path = self.file().unwrap_or(Path::new("standard output"));
+        self.write(|out| table.write(out).map_err(|e| Error::io(path, e)))
     }
 
     /// Prints the summary: as JSON on stdout if asked for, and what was `done` with the document on

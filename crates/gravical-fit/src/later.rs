@@ -9,9 +9,7 @@
 #[cfg(test)]
 mod tests;
 
-use nalgebra::{
-    DMatrix, DVector, Matrix3, Rotation3, SMatrix, SymmetricEigen, UnitQuaternion, Vector3,
-};
+use nalgebra::{DMatrix, DVector, SMatrix, SymmetricEigen, Vector3};
 
 use statrs::distribution::{ChiSquared, ContinuousCDF};
 
@@ -20,7 +18,7 @@ use crate::model::{
     BENDS, BIAS, Covariance, DIRECTIONS, DRIFT, PARAMETERS, Parameters, bend, bias, invariants,
     jacobian, matrix, sensitivity, sphere, tangents,
 };
-use crate::sensor::{Gravity, Sensor, derivative_by_gravity};
+use crate::sensor::{Gravity, Sensor, derivative_by_gravity, turn};
 
 /// Directions this near to each other (chord of the unit sphere, 25°) share the model error.
 const MODEL_ERROR_CHORD: f64 = 0.43;
@@ -193,7 +191,7 @@ pub fn compare(pair: [(&Sensor, &Tilts); 2]) -> Option<Compare> {
         norm: pair.norm(gravity)?,
         invariants: pair.parameters.each_ref().map(invariants_of),
         magnitude: pair.difference(|x, y| Some(invariants(y) - invariants(x)), products)?,
-        turn: pair.difference(turn, |_, _, _| ()),
+        turn: pair.difference(turned, |_, _, _| ()),
     })
 }
 
@@ -229,14 +227,8 @@ fn products(
 
 /// Rotation vector (rad) of Q in M_A⁻¹ M_B = Q P: what a_A = Q a_B turns by. None where one frame
 /// is the mirror image of the other, or a matrix is singular.
-fn turn(a: &Parameters, b: &Parameters) -> Option<DVector<f64>> {
-    let t: Matrix3<f64> = matrix(a).try_inverse()? * matrix(b);
-    let proper = t.iter().all(|v| v.is_finite()) && t.determinant() > 0.0;
-    let svd = proper.then(|| t.try_svd(true, true, f64::EPSILON, MAX_STEPS))??;
-    let q = Rotation3::from_matrix_unchecked(svd.u? * svd.v_t?);
-    // By the quaternion: exact for the smallest turns, where a cosine is not.
-    let turn = UnitQuaternion::from_rotation_matrix(&q).scaled_axis();
-    Some(DVector::from_column_slice(turn.as_slice()))
+fn turned(a: &Parameters, b: &Parameters) -> Option<DVector<f64>> {
+    turn(&(matrix(a).try_inverse()? * matrix(b)))
 }
 
 /// Two calibrations with the same bends.

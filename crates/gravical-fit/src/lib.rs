@@ -42,7 +42,8 @@ pub use gyro::{
 pub use pose::{Face, Hint, Pose, angle_deg};
 pub use search::{Explained, Explanation};
 pub use sensor::{
-    Claim, Deviations, Gravity, Sensor, WorstDirection, covariance_by_gravity, deviations,
+    Claim, Deviations, Gravity, Mounting, Sensor, WorstDirection, covariance_by_gravity,
+    deviations, mounting,
 };
 pub use sphere::{Sphere, centre};
 pub use trust::{

@@ -1,9 +1,10 @@
 //! A calibration as numbers: parameters, their covariance, and what these say of ‖a‖.
 
-use nalgebra::{DMatrix, DVector, Vector3};
+use nalgebra::{DMatrix, DVector, Matrix3, Rotation3, UnitQuaternion, Vector3};
 use serde::{Deserialize, Serialize};
 use statrs::distribution::ContinuousCDF;
 
+use crate::consistent::MAX_STEPS;
 use crate::model::{
     BENDS, BIAS, Covariance, DIRECTIONS, PARAMETERS, Parameters, bend, invariants, inverse,
     jacobian, matrix, sensitivity, sphere,
@@ -98,6 +99,48 @@ pub fn deviations(x: &Parameters, covariance: &Covariance) -> Deviations {
         scale: [3, 4, 5].map(|i| unit * sd(i)),
         axis_angle_deg: [6, 8, 7].map(|i| sd(i).to_degrees()),
     }
+}
+
+/// How the sensor is turned in its case, as the faces show it.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
+pub struct Mounting {
+    /// Rotation vector that turns the axes of the case onto those of the sensor, degrees.
+    pub rotation_deg: [f64; 3],
+    /// Its standard deviations, degrees.
+    pub sigma_deg: [f64; 3],
+}
+
+/// The rotation of the sensitive axes, each against the axis of the case that is nearest to it, with its deviations;
+/// none where M is singular.
+pub fn mounting(x: &Parameters, covariance: &Covariance) -> Option<Mounting> {
+    let unit = matrix(x).norm() / 3_f64.sqrt();
+    let rotation = |x: &Parameters| {
+        let mut axes = Matrix3::zeros();
+        for row in matrix(x).row_iter() {
+            let (axis, nearest) = (row.transpose().normalize(), row.transpose().iamax());
+            axes.set_column(nearest, &(axis * axis[nearest].signum()));
+        }
+        turn(&axes)
+    };
+    let scaled = x / unit;
+    let slopes = jacobian(&scaled, rotation)?;
+    let variances = (&slopes * (covariance / (unit * unit)) * slopes.transpose()).diagonal();
+    let value = rotation(&scaled)?;
+    Some(Mounting {
+        rotation_deg: [0, 1, 2].map(|i| value[i].to_degrees()),
+        sigma_deg: [0, 1, 2].map(|i| root(variances[i]).to_degrees()),
+    })
+}
+
+/// Rotation vector of the rotation nearest to a matrix (its polar factor); none where that is singular or mirrors.
+pub(crate) fn turn(t: &Matrix3<f64>) -> Option<DVector<f64>> {
+    let proper = t.iter().all(|v| v.is_finite()) && t.determinant() > 0.0;
+    let svd = proper.then(|| t.try_svd(true, true, f64::EPSILON, MAX_STEPS))??;
+    let q = Rotation3::from_matrix_unchecked(svd.u? * svd.v_t?);
+    // By the quaternion: exact for the smallest turns, where a cosine is not.
+    let turn = UnitQuaternion::from_rotation_matrix(&q).scaled_axis();
+    Some(DVector::from_column_slice(turn.as_slice()))
 }
 
 /// Root of a variance that rounding may have left below zero.

@@ -20,6 +20,8 @@ pub struct SampleState {
     pub at_rest: bool,
     /// Sensor → world, quaternion w, x, y, z.
     pub attitude: [f64; 4],
+    /// Standard deviations of its rotation about x, y and z of the world, rad.
+    pub attitude_sd_rad: [f64; 3],
     /// Acceleration without gravity, m/s².
     pub acceleration_mps2: [f64; 3],
     /// Velocity, m/s, and its standard deviations.
@@ -37,6 +39,7 @@ impl SampleState {
     pub const UNKNOWN: SampleState = SampleState {
         at_rest: false,
         attitude: [f64::NAN; 4],
+        attitude_sd_rad: [f64::NAN; 3],
         acceleration_mps2: [f64::NAN; 3],
         velocity_mps: [f64::NAN; 3],
         velocity_sd_mps: [f64::NAN; 3],
@@ -189,6 +192,7 @@ fn between<'a>(
         SampleState {
             at_rest: false,
             attitude: [attitude.w, attitude.i, attitude.j, attitude.k],
+            attitude_sd_rad: linear(&from.attitude_sd_rad, &to.attitude_sd_rad),
             acceleration_mps2: (measured + correction).into(),
             velocity_mps,
             velocity_sd_mps: linear(&from.velocity_sd_mps, &to.velocity_sd_mps),

@@ -5,7 +5,7 @@ use std::sync::Arc;
 
 use gravical::calibration_file::{Calibration, InputFile, creation_time};
 use gravical::export::{ExportOptions, TARGETS, Target, export, kalibr};
-use gravical::motion::{Motion, table_columns, write_table};
+use gravical::motion::{Motion, MotionTable, OrientationResult};
 use gravical::output::{self, write_atomic};
 use gravical::recording;
 use gravical::targets::check_targets;
@@ -32,6 +32,13 @@ pub enum Kind {
     Noise(Arc<gravical::noise::NoiseResult>),
     /// Of `motion`, with its recording.
     Motion(Arc<Motion>, Arc<recording::Recording>),
+    /// Of `orient`, with its recording, and whether its table has accelerations.
+    Orientation(
+        Arc<Motion>,
+        Arc<OrientationResult>,
+        Arc<recording::Recording>,
+        bool,
+    ),
     /// The report of any other verb, which has no figures.
     Plain(Document<'static>),
 }
@@ -89,7 +96,7 @@ impl Outcome {
             }
             Kind::Noise(result) => figure::noise::figures(result),
             Kind::Motion(motion, _) => figure::motion::figures(motion),
-            Kind::Plain(_) => Vec::new(),
+            Kind::Orientation(..) | Kind::Plain(_) => Vec::new(),
         }
     }
 
@@ -98,6 +105,7 @@ impl Outcome {
             Kind::Calibration(file, _) => return report::calibration(file, None, figures),
             Kind::Noise(result) => report::noise(result, figures),
             Kind::Motion(motion, rows) => report::motion(&motion.result, rows, figures),
+            Kind::Orientation(_, result, rows, _) => report::orientation(result, rows),
             Kind::Plain(document) => document.clone(),
         };
         document.with_provenance(TOOL, None, &creation_time(), &self.inputs)
@@ -106,11 +114,17 @@ impl Outcome {
     fn write_to(&self, path: &Path, force: bool, json: &str) -> Result<()> {
         let inputs: Vec<PathBuf> = self.inputs.iter().map(|i| PathBuf::from(&i.path)).collect();
         check_targets(&[path.to_owned()], &inputs, force)?;
+        let write = |table: MotionTable<'_>| {
+            write_atomic(path, force, |out| {
+                table.write(out).map_err(|e| Error::io(path, e))
+            })
+        };
         match &self.kind {
             Kind::Calibration(file, _) => file.write(path, force),
-            Kind::Motion(motion, ..) => write_atomic(path, force, |out| {
-                write_table(motion, out).map_err(|e| Error::io(path, e))
-            }),
+            Kind::Motion(motion, _) => write(motion.table()),
+            Kind::Orientation(motion, .., acceleration) => {
+                write(motion.orientation_table(*acceleration))
+            }
             _ => output::write_text(path, force, json),
         }
     }
@@ -213,13 +227,12 @@ impl Table {
         Table { columns, values }
     }
 
-    /// The table of a motion.
-    pub fn of_motion(motion: &Motion) -> Self {
-        let columns: Vec<String> = table_columns(motion).map(str::to_owned).collect();
-        let (samples, width) = (motion.samples(), columns.len());
-        let values = samples.flat_map(|sample| sample.numbers().take(width));
-        let values = values.collect();
-        Table { columns, values }
+    /// That of a motion.
+    pub fn new(table: &MotionTable<'_>) -> Self {
+        Table {
+            columns: table.names().into_iter().map(str::to_owned).collect(),
+            values: table.values(),
+        }
     }
 }
 

@@ -5,9 +5,10 @@ use std::slice::from_ref;
 use std::sync::Arc;
 
 use gravical::calibration_file::{Calibration, InputFile};
+use gravical::motion::Motion;
 use gravical::output::write_atomic;
 use gravical::poses::SegmentOptions;
-use gravical::recording::{read, read_samples, source};
+use gravical::recording::{Recording, read, read_samples, source};
 use gravical::session::{SessionFiles, calibrate_files, read_session};
 use gravical::simulate::{Scenario, SimulateOptions, simulate_to};
 use gravical::targets::check_targets;
@@ -16,6 +17,7 @@ use gravical_report::document::Document;
 use gravical_report::report;
 use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
+use serde::Deserialize;
 
 use crate::keywords::Keywords;
 use crate::outcome::{Kind, Outcome, Table, json};
@@ -60,6 +62,7 @@ pub fn run(
         "check" => check,
         "compare" => compare,
         "motion" => motion,
+        "orient" => orient,
         _ => return Err(PyValueError::new_err(format!("there is no verb {verb:?}"))),
     };
     let named = |(outcome, name): (Py<Outcome>, String)| Ok((outcome.get().file()?, name));
@@ -215,7 +218,34 @@ fn compare(mut call: Call) -> Result<Outcome> {
     Outcome::new(kind, &result, Vec::new())
 }
 
-fn motion(mut call: Call) -> Result<Outcome> {
+fn motion(call: Call) -> Result<Outcome> {
+    let (motion, rows, inputs) = compute_motion(call)?;
+    let mut outcome = Outcome::new(Kind::Motion(motion.clone(), rows), &motion.result, inputs)?;
+    outcome.table = Some(Table::new(&motion.table()));
+    Ok(outcome)
+}
+
+/// Columns of an orientation.
+#[derive(Default, Deserialize)]
+#[serde(default)]
+struct OrientationColumns {
+    acceleration: bool,
+}
+
+fn orient(mut call: Call) -> Result<Outcome> {
+    let OrientationColumns { acceleration } = call.keywords.take()?;
+    let (motion, rows, inputs) = compute_motion(call)?;
+    let result = Arc::new(motion.orientation()?);
+    let table = Table::new(&motion.orientation_table(acceleration));
+    let kind = Kind::Orientation(motion, result.clone(), rows, acceleration);
+    let mut outcome = Outcome::new(kind, &*result, inputs)?;
+    outcome.table = Some(table);
+    Ok(outcome)
+}
+
+type Moved = (Arc<Motion>, Arc<Recording>, Vec<InputFile>);
+
+fn compute_motion(mut call: Call) -> Result<Moved> {
     let options = motion::MotionOptions {
         gravity: call.keywords.gravity()?,
         meter: call.reading.options.meter.clone(),
@@ -228,11 +258,7 @@ fn motion(mut call: Call) -> Result<Outcome> {
     let calibrated = calibration.map(|(file, name)| motion::Calibrated { file, name });
     let motion = motion::motion(&rows, calibrated, &options)?;
     let inputs = InputFile::of(from_ref(&*rows));
-    let motion = Arc::new(motion);
-    let kind = Kind::Motion(motion.clone(), rows);
-    let mut outcome = Outcome::new(kind, &motion.result, inputs)?;
-    outcome.table = Some(Table::of_motion(&motion));
-    Ok(outcome)
+    Ok((Arc::new(motion), rows, inputs))
 }
 
 /// Writes simulated recordings; the truth as JSON, and the paths, that of the truth last.

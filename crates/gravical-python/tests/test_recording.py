@@ -158,7 +158,7 @@ def test_pickles_are_the_same(
     assert loaded == calibration and loaded.apply([0, 0, 9.8]).shape == (3,)
     moved = gravical.motion(line, calibration)
     kept = pickle.loads(pickle.dumps(moved))
-    assert kept == moved and str(kept) == str(moved) and kept.verdict.judgement == "bounded"
+    assert kept == moved and str(kept) == str(moved) and kept.verdict.judgement == "usable"
     assert np.array_equal(kept.position, moved.position, equal_nan=True)
     assert np.array_equal(kept.still, moved.still)
     # Figures and reports are left behind.

@@ -7,7 +7,7 @@ use serde::Serialize;
 
 use crate::calibration_file::TemperatureModel;
 use crate::finding::{Case, Finding};
-use crate::poses::face::{AxisMap, Face};
+use crate::poses::face::{AxisMap, CaseAxes, Face};
 use crate::poses::gyro_unit;
 use crate::poses::rests::{find_rests, why_never_static};
 use crate::poses::{MAX_FACE_ANGLE_DEG, is_too_short};
@@ -43,6 +43,8 @@ pub struct Inspection {
     pub labels: Vec<(String, u64)>,
     /// The static intervals, in order.
     pub static_intervals: Vec<StillSpan>,
+    /// Which axes of the sensor are those of its case; null where the rests show fewer than two axes.
+    pub case_axes: Option<CaseAxes>,
     /// Share of the rows in static intervals, 0 to 1.
     pub static_share: f64,
     /// Faults found.
@@ -99,6 +101,8 @@ pub fn inspect(recording: &Recording, axes: &AxisMap) -> Inspection {
         .map(|span| moments(&recording.accel, span.clone()).0);
     let means: Vec<[f64; 3]> = means.collect();
     let centre = gravical_fit::centre(&means);
+    let forces = means.iter().map(|mean| matrix3::sub(mean, &centre));
+    let case_axes = CaseAxes::of(forces);
     let stills = spans
         .iter()
         .zip(means)
@@ -139,6 +143,7 @@ pub fn inspect(recording: &Recording, axes: &AxisMap) -> Inspection {
         temperature_drift: study(std::slice::from_ref(recording)).ok(),
         labels: label_counts(recording),
         static_intervals: stills,
+        case_axes,
         static_share: held as f64 / recording.rows().max(1) as f64,
         findings,
     }

@@ -134,9 +134,9 @@ pub mod calibration_file {
     pub use gravical_calibrate::calibration_file::{
         Accelerometer, Budget, Calibration, ChannelDrift, Contribution, Covariance, Deviations,
         DriftVerdict, FitQuality, Grade, GravitySource, GyroMethod, Gyroscope, InputFile,
-        InputRole, Method, MotionCounts, NextPose, PoseKind, PoseResult, PoseTilt, RecordingTime,
-        Reliability, SensorInfo, Source, TemperatureModel, TemperatureRange, TiltSource,
-        Undetected, Verdict, WorstDirection, from_imucal, to_imucal,
+        InputRole, Method, MotionCounts, Mounting, NextPose, PoseKind, PoseResult, PoseTilt,
+        RecordingTime, Reliability, SensorInfo, Source, TemperatureModel, TemperatureRange,
+        TiltSource, Undetected, Verdict, WorstDirection, from_imucal, to_imucal,
     };
 }
 

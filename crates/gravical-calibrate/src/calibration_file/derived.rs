@@ -4,7 +4,9 @@
 use gravical_core::matrix3;
 use gravical_fit::later::Tilts;
 use gravical_fit::model::{BENDS, BIAS, Covariance as ParameterCovariance, DRIFT, Parameters};
-use gravical_fit::{Deviations, Face, Gravity, Sensor, covariance_by_gravity, deviations};
+use gravical_fit::{
+    Deviations, Face, Gravity, Mounting, Sensor, covariance_by_gravity, deviations,
+};
 
 use super::{
     Accelerometer, Budget, CHANNELS, COVERAGE, Calibration, ChannelDrift, Covariance, DriftVerdict,
@@ -55,6 +57,19 @@ impl Covariance {
 }
 
 impl Calibration {
+    /// How the sensor is turned in its case; none where no faces, or those of one axis, show it.
+    pub fn mounting(&self) -> Option<Mounting> {
+        let a = &self.accelerometer;
+        let faces = self
+            .poses
+            .iter()
+            .filter(|p| p.fitted && p.kind == PoseKind::Face);
+        let is_oriented = self.reliability.fit.is_none_or(|fit| fit.oriented);
+        let is_shown = is_oriented && faces.count() > 1;
+        gravical_fit::mounting(&a.parameters()?, &a.covariance_of_parameters()?)
+            .filter(|_| is_shown)
+    }
+
     /// The accelerometer with the covariance by its readings alone, in the input unit; none where the
     /// matrix is singular or the file has no covariance.
     #[doc(hidden)]

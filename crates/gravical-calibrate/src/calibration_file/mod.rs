@@ -29,7 +29,9 @@ use crate::{Error, Result};
 use gravical_recording::output::write_text;
 
 pub use folder::{find_calibration, json_files};
-pub use gravical_fit::{Deviations, FitQuality, Grade, NextPose, Undetected, WorstDirection};
+pub use gravical_fit::{
+    Deviations, FitQuality, Grade, Mounting, NextPose, Undetected, WorstDirection,
+};
 pub use imucal::{from_imucal, to_imucal};
 pub use input::*;
 pub use types::*;

@@ -1,7 +1,7 @@
 //! What a file shows beside its numbers, for scripts and readers: K, R, standard deviations, the verdict. It is not read
 //! back.
 
-use gravical_fit::Deviations;
+use gravical_fit::{Deviations, Mounting};
 use serde::{Deserialize, Deserializer, Serialize, Serializer};
 
 use super::types::{Accelerometer, Budget, Calibration, Gyroscope, PoseResult, Verdict};
@@ -37,7 +37,7 @@ macro_rules! readable {
     };
 }
 
-readable!(Calibration, verdict: Verdict);
+readable!(Calibration, verdict: Verdict, mounting: Option<Mounting>);
 readable!(Accelerometer, output_unit: AccelUnit, scale: [f64; 3], orientation: [[f64; 3]; 3],
     scale_deviation_percent: Option<[f64; 3]>, deviations: Option<Deviations>);
 readable!(Gyroscope, output_unit: GyroUnit, scale: [f64; 3], orientation: [[f64; 3]; 3]);

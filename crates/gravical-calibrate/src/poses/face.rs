@@ -3,7 +3,7 @@
 
 mod names;
 
-pub use crate::axes::AxisMap;
+pub use crate::axes::{AxisMap, CaseAxes};
 pub use crate::numfmt::{AXES, in_words};
 pub use gravical_fit::{Face, angle_deg};
 #[doc(hidden)]

@@ -1,6 +1,7 @@
 //! Invariance: unit, order, and orientation of the board in its case must not matter.
 
 use gravical_calibrate::calibrate::CalibrateOptions;
+use gravical_calibrate::poses::face::{AxisMap, CaseAxes, Face};
 use gravical_sim::{Scenario, SimulateOptions, SixPositionOptions, simulate};
 
 use crate::support::*;
@@ -41,9 +42,30 @@ fn the_orientation_of_the_board_only_rotates_the_result() {
         }
         let [a, b] = [&case, &board].map(|f| f.reliability.predicted_mps2.unwrap());
         close(a, b, 1e-6);
+        let [a, b] = [&case, &board].map(|f| f.mounting().unwrap().rotation_deg);
+        let turned = options.segment.axes.to_case(b);
+        (0..3).for_each(|i| close(a[i], turned[i], 0.1));
         if simulation.files.len() == session.len() {
             let [a, b] = [&case, &board].map(|f| f.gyroscope.as_ref().unwrap().orientation());
             is_turned(&a, &b);
+        }
+    }
+}
+
+/// `--axes` as it is proposed makes the first placement z up, and the next one on another axis x up.
+#[test]
+fn two_placements_tell_the_axes_of_the_case() {
+    for z in Face::all() {
+        for x in Face::all() {
+            let lying = [z, z, z.opposite(), x].map(Face::direction);
+            let Some(told) = CaseAxes::of(lying) else {
+                assert_eq!(z.axis, x.axis);
+                continue;
+            };
+            assert_eq!((told.z_up, told.x_up), (1, 4));
+            let axes: AxisMap = told.axes.to_string().parse().unwrap();
+            let up = |face: Face| Face::nearest(axes.to_case(face.direction())).0.name();
+            assert_eq!([up(z), up(x)], ["+z", "+x"], "{told}");
         }
     }
 }

@@ -64,6 +64,7 @@ fn options(tilt_deg: f64, sections: Option<Vec<Section>>) -> CalibrateOptions {
 struct Scores {
     bias: Vec<f64>,
     scale: Vec<f64>,
+    mounting: Vec<f64>,
     /// (error of ‖a‖ over the sphere)² over its predicted mean square.
     norm: Vec<f64>,
 }
@@ -105,6 +106,13 @@ fn scores(seeds: u64, hold_s: f64, tilt_deg: f64, rows: Option<usize>) -> Scores
             let variance: f64 = (0..9).map(|n| part((n / 3, n % 3))).sum();
             out.scale.push((a.scale()[i] - scale) / variance.sqrt());
         }
+        let mut true_file = file.clone();
+        true_file.accelerometer.matrix = matrix3::inverse(&truth.matrix).unwrap();
+        let [found, true_one] = [&file, &true_file].map(|f| f.mounting().unwrap());
+        for i in 0..3 {
+            let off = found.rotation_deg[i] - true_one.rotation_deg[i];
+            out.mounting.push(off / found.sigma_deg[i]);
+        }
         let predicted = file.reliability.predicted_mps2.unwrap();
         let square = |n: nalgebra::Vector3<f64>| {
             let force = matrix3::mul_vec(&truth.matrix, &(n * 9.80665).into());
@@ -131,10 +139,12 @@ fn bias_scale_and_magnitude_err_as_the_covariance_says() {
     let scores = scores(400, 1.0, 1.0, Some(100));
     let (bias, scale) = (mean_square(&scores.bias), mean_square(&scores.scale));
     let (covered, norm) = (coverage(&scores.bias), mean(&scores.norm));
+    let mounting = mean_square(&scores.mounting);
     println!(
-        "mean square of z: bias {bias:.3}, scale {scale:.3}; coverage {covered:.4}; ‖a‖ {norm:.3}"
+        "mean square of z: bias {bias:.3}, scale {scale:.3}, mounting {mounting:.3}; coverage {covered:.4}; ‖a‖ {norm:.3}"
     );
     assert!((0.8..=1.2).contains(&bias) && (0.7..=1.3).contains(&scale));
+    assert!((0.8..=1.2).contains(&mounting));
     assert!((0.93..=0.97).contains(&covered) && (0.8..=1.2).contains(&norm));
 }
 
@@ -144,10 +154,16 @@ fn bias_scale_and_magnitude_err_as_the_covariance_says() {
 fn without_tilt_the_noise_of_the_means_explains_the_errors() {
     let scores = scores(60, 1.0, 0.0, Some(100));
     let (bias, scale) = (mean_square(&scores.bias), mean_square(&scores.scale));
-    let covered = coverage(&scores.bias);
-    println!("mean square of z: bias {bias:.3}, scale {scale:.3}; coverage {covered:.4}");
+    let (covered, mounting) = (coverage(&scores.bias), mean_square(&scores.mounting));
+    println!(
+        "mean square of z: bias {bias:.3}, scale {scale:.3}, mounting {mounting:.3}; coverage {covered:.4}"
+    );
     // Normal errors: √(2/180) = 0.11 for the mean square, 0.016 for coverage.
-    assert!((0.8..=1.2).contains(&bias) && (0.8..=1.2).contains(&scale));
+    assert!(
+        [bias, scale, mounting]
+            .iter()
+            .all(|z| (0.8..=1.2).contains(z))
+    );
     assert!((0.92..=0.98).contains(&covered));
 }
 

@@ -14,6 +14,7 @@ pub mod live;
 pub mod log;
 pub mod motion;
 pub mod noise;
+pub mod orient;
 pub mod ports;
 pub mod simulate;
 
@@ -35,6 +36,7 @@ impl Verb {
             Verb::Convert(args) => convert::run(args),
             Verb::Denoise(args) => denoise::run(args),
             Verb::Motion(args) => motion::run(args),
+            Verb::Orient(args) => orient::run(args),
             Verb::Noise(args) => noise::run(args),
             Verb::Demo(args) => demo::run(args),
             Verb::Check(args) => check::run(args),

@@ -50,7 +50,7 @@ fn the_procedure_of_the_student_report() {
     let path = folder.path();
     line(path);
     let by_report = "line/line.csv -c cal.json --procedure report";
-    let report = motion(path, by_report, 0);
+    let report = motion(path, by_report, 4);
     assert_eq!(report["frame"], "the sensor's own axes");
     let tilt = "line/line.csv -c cal.json --procedure constant-tilt";
     let velocity = |result: &Value| numbers(&result["final"]["velocity_mps"]);
@@ -63,7 +63,7 @@ fn the_procedure_of_the_student_report() {
     close(number(&given["rests"][0]["end_s"]), 4.8, 0.011);
     close(end(&given)[0], 0.02, 0.1);
     close(end(&given)[1], 0.7, 0.1);
-    let open = motion(path, "line/line.csv --rests 0-4.8", 0);
+    let open = motion(path, "line/line.csv --rests 0-4.8", 4);
     assert_eq!(open["verdict"]["judgement"], "open");
 }
 
@@ -83,7 +83,7 @@ fn a_clock_that_is_set_by_thirty_years_begins_again() {
     };
     let text: String = text.lines().enumerate().map(later).collect();
     write(folder.path(), "set.csv", &text);
-    let result = motion(folder.path(), "set.csv -c cal.json", 0);
+    let result = motion(folder.path(), "set.csv -c cal.json", 4);
     finding(&result, "restarted-time");
 }
 

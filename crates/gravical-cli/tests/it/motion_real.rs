@@ -33,7 +33,7 @@ fn a_walked_room_closes_beside_the_camera() {
         near.unwrap()[7..10].to_vec()
     };
     let file = file.display();
-    let result = motion(folder.path(), &format!("{file} --gyro-unit rad/s"), 0);
+    let result = motion(folder.path(), &format!("{file} --gyro-unit rad/s"), 4);
     assert_eq!(list(&result["moves"]).count(), 4);
     // The camera is level, and its frame is the sensor's at the start. Half a minute with turns by 700° in the first
     // move, of a sensor that nobody calibrated.
@@ -55,7 +55,7 @@ fn a_lift_goes_up_a_skyscraper() {
     let Some(data) = data() else { return };
     let folder = tempfile::tempdir().unwrap();
     let file = data.join("pabrod-elevator/skyscrapper_up.csv");
-    let result = motion(folder.path(), &file.display().to_string(), 0);
+    let result = motion(folder.path(), &file.display().to_string(), 4);
     let rides = list(&result["moves"]).filter(|m| m["unusable"].is_null());
     let ride = rides.max_by_key(|m| (1e3 * number(&m["path_m"])) as i64);
     let ride = ride.unwrap();

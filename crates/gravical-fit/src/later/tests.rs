@@ -1,5 +1,6 @@
 use super::*;
 use crate::model::{BIAS, DRIFT, PARAMETERS};
+use nalgebra::Rotation3;
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 use rand_distr::StandardNormal;

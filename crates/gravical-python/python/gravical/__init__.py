@@ -31,13 +31,20 @@ __all__ = [
     "Calibration", "Error", "ExistsError", "ExportWarning", "Figure", "InputError", "MachineError",
     "NotFoundError", "Record", "Recording", "Result", "UsageError", "__version__",
     "apply", "calibrate", "check", "compare", "denoise", "export_targets", "inspect", "motion",
-    "noise", "read", "simulate",
+    "noise", "orient", "read", "simulate",
 ]  # fmt: skip
 
 #: The arrays of a motion.
 _MOTION: Groups = (
     ("t", 1), ("raw", 3), ("force", 3), ("still", 1), ("attitude", 4), ("acceleration", 3),
     ("velocity", 3), ("position", 3), ("sigma_velocity", 3), ("sigma_position", 3),
+    ("sigma_tilt", 1), ("sigma_heading", 1),
+)  # fmt: skip
+
+#: Those of an orientation.
+_ORIENTATION: Groups = (
+    ("t", 1), ("still", 1), ("attitude", 4), ("roll_pitch_yaw", 3), ("sigma_tilt", 1),
+    ("sigma_heading", 1), ("acceleration", 3),
 )  # fmt: skip
 
 
@@ -149,8 +156,8 @@ def compare(first: Any, second: Any) -> Result:
 def motion(recording: Any, calibration: Any = None, **options: Any) -> Result:
     """Compute velocity and position with error bands.
 
-    The result has the arrays of :class:`Result`; its ``verdict.judgement`` is ``"bounded"``,
-    ``"partly-open"``, ``"open"``, ``"at-rest"`` or ``"not-usable"``.
+    The result has the arrays of :class:`Result`; its ``verdict.judgement`` is ``"usable"``,
+    ``"rough"``, ``"position-not-known"``, ``"open"`` or ``"at-rest"``.
 
     - ``recording``: with rests of some seconds before and after each move.
     - ``calibration``: a Calibration, path, or object of imucal; without it the nominal scales.
@@ -162,6 +169,17 @@ def motion(recording: Any, calibration: Any = None, **options: Any) -> Result:
     """
     given = () if calibration is None else (calibration,)
     return Result._of(_run("motion", recording, options, *given), _MOTION)
+
+
+def orient(recording: Any, calibration: Any = None, **options: Any) -> Result:
+    """Compute the orientation with its uncertainty: ``verdict.judgement`` is ``"known"``,
+    ``"partly-known"`` or ``"not-known"``. Heading is relative to the start.
+
+    - ``acceleration``: with the acceleration without gravity, an array of the result.
+    - The others as of :func:`gravical.motion`.
+    """
+    given = () if calibration is None else (calibration,)
+    return Result._of(_run("orient", recording, options, *given), _ORIENTATION)
 
 
 def simulate(

@@ -77,8 +77,9 @@ class Result(Record):
     ``str(result)`` is its report in short. Where the command writes a table, its columns are
     read-only arrays: of ``motion`` ``t`` (s), ``position`` (m), ``velocity`` (m/s),
     ``acceleration``, ``force`` and ``raw`` (m/s², shape (n, 3)), ``attitude`` (quaternion w, x, y,
-    z, shape (n, 4)), ``sigma_position`` and ``sigma_velocity`` (absent without bands) and
-    ``still``; of ``apply`` ``t``, ``accel`` and ``gyro``. ``denoise`` has ``recording``;
+    z, shape (n, 4)), ``sigma_position``, ``sigma_velocity``, ``sigma_tilt`` and
+    ``sigma_heading`` (degrees; absent without bands) and ``still``; of ``orient`` those of the
+    attitude, and ``roll_pitch_yaw`` (degrees, shape (n, 3)); of ``apply`` ``t``, ``accel`` and ``gyro``. ``denoise`` has ``recording``;
     ``simulate`` has ``recordings`` (by the names of their files) and ``paths``.
 
     Pickles keep document, arrays and summary; reports, figures and recordings are left behind.

@@ -10,7 +10,10 @@ use super::svg::extent;
 /// All figures that a result allows. Where nothing moved there is the acceleration; what is not
 /// known is left out.
 pub fn figures(motion: &Motion) -> Vec<Figure> {
-    let (result, is_calibrated) = (&motion.result, motion.result.calibration.is_some());
+    let (result, is_calibrated) = (
+        &motion.result,
+        motion.result.computation.calibration.is_some(),
+    );
     let samples: Vec<MotionSample> = motion.samples().collect();
     let uncalibrated = motion.uncalibrated_states();
     let uncalibrated = uncalibrated.map(Iterator::collect::<Vec<SampleState>>);
@@ -40,7 +43,11 @@ pub fn figures(motion: &Motion) -> Vec<Figure> {
         let values = samples.iter().map(|s| vector(&s.state)).collect();
         plain.chain([path(name, Role::Result, values)]).collect()
     };
-    let rests = result.rests.iter().map(|s| [s.start_s, s.end_s]);
+    let rests = result
+        .computation
+        .rests
+        .iter()
+        .map(|s| [s.start_s, s.end_s]);
     let rests = Series::intervals("at rest", &rests.collect::<Vec<_>>());
 
     let mut forces = vec![of_samples(name, Role::Result, |s| s.force_mps2)];
@@ -66,7 +73,7 @@ pub fn figures(motion: &Motion) -> Vec<Figure> {
     let speed_sigma: Vec<[f64; 3]> = samples.iter().map(|s| s.state.velocity_sd_mps).collect();
     let velocities = of_states(|s| s.velocity_mps);
     let accelerations = of_samples(name, Role::Result, |s| s.state.acceleration_mps2);
-    let frame = &result.frame;
+    let frame = &result.computation.frame;
     let caption = format!("Acceleration without gravity, in the frame of the result ({frame}).");
     let names = ["motion-acceleration", "Acceleration of the motion", "m/s²"];
     let all = [

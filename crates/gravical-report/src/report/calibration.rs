@@ -4,15 +4,15 @@ use std::collections::BTreeSet;
 use std::path::Path;
 
 use gravical::calibration_file::{
-    Calibration, Grade, GravitySource, GyroMethod, Gyroscope, InputFile, Method, PoseKind,
-    PoseResult,
+    Calibration, Grade, GravitySource, GyroMethod, Gyroscope, InputFile, Method, Mounting,
+    PoseKind, PoseResult,
 };
 use gravical::escape::path_word;
 use gravical::export;
 use gravical::numfmt::{
     count, decimals_for, decimals_of, digits, fixed, mg, milli_g, signed, words,
 };
-use gravical::poses::face::in_words;
+use gravical::poses::face::{CaseAxes, in_words};
 
 use gravical::core::matrix3::{norm, sub};
 
@@ -161,9 +161,26 @@ fn accelerometer<'a>(file: &Calibration) -> Section<'a> {
             "a is specific force in m/s²: at rest an axis that points up reads +g. Raw values are in {raw}, as in the file. The rows of R have unit length; matrix = R⁻¹ K⁻¹."
         )))
         .with(bias_and_scale(raw, "m/s²", bias, scale, a.scale_deviation_percent()))
+        .with(file.mounting().map(|m| Block::Note(in_its_case(&m))))
         .with(matrices(&a.orientation(), &a.matrix, &format!("matrix, m/s² per {raw}")));
     let code = export::snippets(file).map(|(name, fence, code)| Block::Code(name, fence, code));
     code.into_iter().fold(section, Section::full)
+}
+
+/// By how much the sensor is turned in its case.
+fn in_its_case(mounting: &Mounting) -> String {
+    let part = |i: usize| {
+        let (angle, sigma) = (mounting.rotation_deg[i], mounting.sigma_deg[i]);
+        let n = decimals_for(sigma);
+        format!(
+            "{} ± {}° about {}",
+            signed(angle, n),
+            fixed(sigma, n),
+            XYZ[i]
+        )
+    };
+    let parts = [0, 1, 2].map(part).join(", ");
+    format!("Turned in its case by {parts} (± 1σ).")
 }
 
 /// Equation, table, matrices, residuals.
@@ -291,8 +308,11 @@ fn poses<'a>(file: &Calibration) -> Section<'a> {
     let note = format!(
         "{error}left out: ‖a‖ − g if this pose and those within 25° of it are not used in the fit. tilt: angle off the face."
     );
+    let forces = file.poses.iter().map(|p| sub(&p.raw, &a.bias));
+    let case_axes = CaseAxes::of(forces).map(|axes| Block::Note(format!("Pose by pose: {axes}.")));
     Section::new("Poses")
         .with(table)
+        .with(case_axes)
         .with(Block::Note(fitted.to_owned()))
         .full(Block::Note(note))
         .with(before_and_after(file))

@@ -4,6 +4,7 @@ use std::fmt::Display;
 
 use gravical::inspect::{Inspection, StillSpan};
 use gravical::numfmt::{decimals_of, digits, fixed};
+use gravical::poses::face::CaseAxes;
 use gravical::poses::rests::MIN_REST_S;
 use gravical::recording::Origin;
 use gravical::recording::full_scale::range_of_16_bits;
@@ -49,7 +50,7 @@ pub fn inspection(inspection: &Inspection) -> Document<'static> {
         ..Document::new(format!("Recording {}", short_name(&inspection.file)))
     }
     .with(reading)
-    .with((!intervals.is_empty()).then(|| stills(intervals)))
+    .with((!intervals.is_empty()).then(|| stills(intervals, inspection.case_axes)))
     .with(drift.map(|model| self::drift(Section::new("Temperature"), model)))
     .with_findings(&inspection.findings, false)
 }
@@ -103,7 +104,7 @@ fn stillness(inspection: &Inspection) -> String {
     }
 }
 
-fn stills(all: &[StillSpan]) -> Section<'static> {
+fn stills(all: &[StillSpan], case_axes: Option<CaseAxes>) -> Section<'static> {
     let columns = ["", "lines", "from, s", "to, s", "face", "angle to face, °"];
     let mut table = Table::new("", columns).axes("mean reading");
     for (number, still) in (1..).zip(all) {
@@ -121,6 +122,7 @@ fn stills(all: &[StillSpan]) -> Section<'static> {
     }
     Section::new("Static intervals")
         .with(table)
+        .with(case_axes.map(|axes| Block::Note(format!("{axes}."))))
         .full(Block::Note(format!(
             "A static interval lasts at least {MIN_REST_S} s. angle to face: angle of the mean reading to the nearest face, by tilt, bias and misalignment together."
         )))

@@ -18,7 +18,7 @@ pub use calibration::calibration;
 pub use check::{check, comparison};
 pub use denoise::denoise;
 pub use inspection::{inspection, origin};
-pub use motion::motion;
+pub use motion::{motion, orientation};
 pub use noise::noise;
 
 use crate::document::{Block, Cell, Document, Section, Table, short_name};

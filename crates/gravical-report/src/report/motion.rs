@@ -3,8 +3,11 @@
 
 use gravical::calibration_file::Grade;
 use gravical::core::matrix3::norm;
-use gravical::motion::{Budget, Ends, MotionJudgement, MotionResult};
-use gravical::numfmt::{decimals_for, decimals_of, digits, fixed, words};
+use gravical::motion::{
+    Budget, Computation, Ends, MotionJudgement, MotionResult, OrientationJudgement,
+    OrientationResult,
+};
+use gravical::numfmt::{decimals_for, decimals_of, digits, fixed, name};
 use gravical::recording::Recording;
 
 use super::inspection::origin;
@@ -28,7 +31,10 @@ pub fn motion<'a>(
     let accelerations = ["acceleration", "motion-acceleration"];
     Document {
         verdict: Some(verdict(result)),
-        ..Document::new(format!("Motion of {}", short_name(&result.input)))
+        ..Document::new(format!(
+            "Motion of {}",
+            short_name(&result.computation.input)
+        ))
     }
     .with(figure("Position", &["position"]))
     .with(figure("Trajectory", &["trajectory"]))
@@ -37,53 +43,98 @@ pub fn motion<'a>(
     .with(moved.then(|| moves(result)))
     .with(moved.then(|| end(result)))
     .with(budget.map(|(number, b, _)| error_budget(number, result.moves.len() == 1, &b)))
-    .with(timing(result, recording))
+    .with(timing(&result.computation, recording))
     .with(rests(result))
     .with_findings(&result.findings, false)
 }
 
-/// What can be determined from the recording.
-fn verdict(result: &MotionResult) -> Verdict {
-    let all = result.moves.len();
-    let usable = result.moves.iter().filter(|m| m.unusable.is_none()).count();
-    let misfit = result.gravity_misfit.filter(|m| m.contradicts);
+/// The document of an orientation.
+pub fn orientation<'a>(result: &OrientationResult, recording: &Recording) -> Document<'a> {
+    let within = |sd: Option<f64>| sd.map(|sd| digits(2.0 * sd, 2) + "°");
+    let tilt = within(result.largest_sigma_tilt_deg).map(|u| format!("tilt within {u}"));
+    let heading = within(result.largest_sigma_heading_deg);
+    let heading = heading.map(|u| format!("heading within {u} of the start"));
+    let parts: Vec<String> = tilt.into_iter().chain(heading).collect();
+    let conclusion = (!parts.is_empty()).then(|| parts.join(", ") + " (95 %)");
     let grade = match result.verdict.judgement {
-        MotionJudgement::Bounded if misfit.is_none() => Grade::Good,
-        MotionJudgement::NotUsable => Grade::Poor,
-        MotionJudgement::AtRest => Grade::NotVerifiable,
+        OrientationJudgement::Known => Grade::Good,
+        OrientationJudgement::NotKnown => Grade::Poor,
         _ => Grade::Fair,
     };
-    // One number for one move, the end for several.
-    let sigma = result.r#final.sigma_m.map(|s| digits(largest(&s), 2));
-    let end = sigma.map(|sigma| {
-        let of_all = format!("usable moves: {usable} of {all}");
-        format!("{of_all}; end position ± {sigma} m on the worst axis (1σ)")
+    let columns = ["roll", "pitch", "yaw", "tilt ± 1σ", "heading ± 1σ"];
+    let table = result.ends.map(|ends| {
+        let mut table = Table::new("Attitude, degrees", ["", "at, s"]).columns(columns);
+        for (name, a) in ["start", "end"].into_iter().zip(ends) {
+            let n = a.sigma_tilt_deg.map_or(1, decimals_for);
+            let mut cells = seconds([a.t_s]);
+            cells.extend(
+                a.roll_pitch_yaw_deg
+                    .map(|angle| Cell::number(fixed(angle, n))),
+            );
+            let sigmas = [a.sigma_tilt_deg, a.sigma_heading_deg];
+            cells.extend(sigmas.map(|sd| Cell::maybe(sd, |sd| digits(sd, 2))));
+            table = table.row(name, cells);
+        }
+        Section::new("Start and end").with(table)
     });
-    let conclusion = displacement(result).or(end).filter(|_| usable > 0);
+    Document {
+        verdict: Some(Verdict {
+            grade,
+            word: name(&result.verdict.judgement),
+            conclusion,
+            reasons: result.verdict.reasons.clone(),
+            next: Vec::new(),
+        }),
+        ..Document::new(format!(
+            "Orientation of {}",
+            short_name(&result.computation.input)
+        ))
+    }
+    .with(table)
+    .with(timing(&result.computation, recording))
+    .with_findings(&result.findings, false)
+}
+
+/// What the position is worth: of one move its displacement, of several how far it went.
+fn verdict(result: &MotionResult) -> Verdict {
+    let v = &result.verdict;
+    let misfit = result.gravity_misfit.filter(|m| m.contradicts);
+    let grade = match v.judgement {
+        MotionJudgement::Usable if misfit.is_none() => Grade::Good,
+        MotionJudgement::Usable | MotionJudgement::Rough => Grade::Fair,
+        MotionJudgement::AtRest => Grade::NotVerifiable,
+        _ => Grade::Poor,
+    };
+    let of = match &result.moves[..] {
+        [only] => only.displacement_m.map(|d| ("displacement", norm(&d))),
+        _ => v.size_m.map(|size| ("farthest from the start", size)),
+    };
+    let conclusion = of.map(|(what, long)| {
+        let Some(within) = v.expanded_m else {
+            return format!("{what} {} m", digits(long, 3));
+        };
+        if v.judgement == MotionJudgement::AtRest {
+            return format!("moved by less than {} m", digits(within.max(long), 2));
+        }
+        let long = fixed(long, decimals_for(within));
+        let within = digits(within, 2);
+        match &result.moves[..] {
+            _ if v.judgement == MotionJudgement::PositionNotKnown => {
+                format!("end ± {within} m (95 %), farther than it went ({long} m)")
+            }
+            [_] => format!("{what} {long} ± {within} m (95 %)"),
+            _ => format!("{what} {long} m, end ± {within} m (95 %)"),
+        }
+    });
+    let conclusion = conclusion.filter(|_| !result.moves.is_empty());
     let doubt = misfit.map_or("", |_| "; the calibration does not fit");
     Verdict {
         grade,
-        word: words(&result.verdict.judgement),
+        word: name(&v.judgement),
         conclusion: conclusion.map(|text| text + doubt),
-        reasons: result.verdict.reasons.clone(),
+        reasons: v.reasons.clone(),
         next: Vec::new(),
     }
-}
-
-/// Displacement of the only move, with its uncertainty along it where that is known.
-fn displacement(result: &MotionResult) -> Option<String> {
-    let [only] = &result.moves[..] else {
-        return None;
-    };
-    let displacement = only.displacement_m?;
-    let long = norm(&displacement);
-    let Some(s) = only.sigma_m.filter(|_| long > 0.0) else {
-        return Some(format!("displacement {} m", digits(long, 3)));
-    };
-    let parts: [f64; 3] = std::array::from_fn(|i| s[i] * displacement[i] / long);
-    let sd = norm(&parts);
-    let long = fixed(long, decimals_for(sd));
-    Some(format!("displacement {long} ± {} m (± 1σ)", digits(sd, 2)))
 }
 
 /// Decimals of each axis for a length with this uncertainty, m: two digits of it;
@@ -188,7 +239,7 @@ fn error_budget<'a>(number: usize, only: bool, b: &Budget) -> Section<'a> {
 }
 
 /// How the recording was read and processed.
-fn timing<'a>(result: &MotionResult, recording: &Recording) -> Section<'a> {
+fn timing<'a>(of: &Computation, recording: &Recording) -> Section<'a> {
     // A finding reports a unit that is decided later.
     let gyro = if recording.gyro.is_some() {
         "with a gyroscope"
@@ -197,39 +248,39 @@ fn timing<'a>(result: &MotionResult, recording: &Recording) -> Section<'a> {
     };
     let scale = &recording.units.accel;
     let (unit, how) = (scale.unit, origin(scale.origin));
-    let calibration = result.calibration.as_deref();
+    let calibration = of.calibration.as_deref();
     let calibration = calibration.map_or("none, nominal scale".to_owned(), short_name);
-    let at_rest_s: f64 = result.rests.iter().map(|s| s.end_s - s.start_s).sum();
-    let rests = match result.rests.len() {
+    let at_rest_s: f64 = of.rests.iter().map(|s| s.end_s - s.start_s).sum();
+    let rests = match of.rests.len() {
         0 => "none".to_owned(),
         count => format!("{count}, {at_rest_s:.1} s in total"),
     };
-    let rate = match (result.rate_hz.r#true, result.rate_hz.nominal) {
+    let rate = match (of.rate_hz.r#true, of.rate_hz.nominal) {
         (Some(rate), _) => format!("{rate:.2} Hz from time stamps"),
         (None, Some(rate)) => format!("{rate} Hz according to the file, no time stamps"),
         (None, None) => "rate unknown".to_owned(),
     };
-    let mut time = format!("{:.2} s, {rate}", result.duration_s);
-    if result.rows_left_out > 0 {
-        time += &format!("; {} rows skipped", result.rows_left_out);
+    let mut time = format!("{:.2} s, {rate}", of.duration_s);
+    if of.rows_left_out > 0 {
+        time += &format!("; {} rows skipped", of.rows_left_out);
     }
     Section::new("Timing and procedure")
         .fact("read as", recording.format.describe())
         .fact("unit", format!("accelerometer {unit} ({how}); {gyro}"))
         .fact("calibration", calibration)
-        .fact("procedure", result.procedure.clone())
-        .fact("frame", result.frame.clone())
+        .fact("procedure", of.procedure.clone())
+        .fact("frame", of.frame.clone())
         .fact("time", time)
         .fact("rests", rests)
 }
 
 fn rests<'a>(result: &MotionResult) -> Section<'a> {
     let section = Section::new("Rests");
-    if result.rests.is_empty() {
+    if result.computation.rests.is_empty() {
         return section.full(Block::Paragraph("No rest was found.".to_owned()));
     }
     let mut table = Table::new("", ["rest", "from, s", "to, s", "duration, s"]);
-    for (number, span) in (1..).zip(&result.rests) {
+    for (number, span) in (1..).zip(&result.computation.rests) {
         let times = [span.start_s, span.end_s, span.end_s - span.start_s];
         table = table.row(number.to_string(), seconds(times));
     }

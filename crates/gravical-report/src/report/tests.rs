@@ -59,7 +59,7 @@ fn names_are_no_markup() {
         .result
         .findings
         .push(serde_json::from_value(json).unwrap());
-    motion.result.frame = evil.to_owned();
+    motion.result.computation.frame = evil.to_owned();
     motion.result.moves[0].unusable = Some(evil.to_owned());
     let line = Series::line(evil, Role::Raw, [(0.0, 0.0), (1.0, 1.0)]);
     let panel = Panel::new(evil, Axis::new(evil, "s"), Axis::new("y", evil), [line]);

@@ -6,7 +6,7 @@
 //!    [`gravical_motion::Samples`].
 //! 2. `uncertainty`: how far the calibration may be off, and whether gravity at the rests contradicts it.
 //! 3. `estimate`: the filter of [`gravical_motion`], or the procedure of the student report.
-//! 4. `summary`, `result`, `track`: what is said, and the samples behind it.
+//! 4. `verdict`, `summary`, `result`, `track`: what is said, and the samples behind it.
 //!
 //! # Example
 //!
@@ -28,11 +28,13 @@
 
 mod estimate;
 mod options;
+mod orientation;
 mod prepare;
 mod result;
 mod summary;
 mod track;
 mod uncertainty;
+mod verdict;
 
 use std::ops::Range;
 use std::path::Path;
@@ -57,9 +59,11 @@ use uncertainty::{
 
 pub use gravical_motion::SampleState;
 pub use options::{Intervals, MotionOptions, Procedure};
+pub use orientation::{Attitude, OrientationJudgement, OrientationResult, OrientationVerdict};
 pub use result::*;
-pub use track::{MotionSample, table_columns, write_table};
+pub use track::{MotionSample, MotionTable};
 pub use uncertainty::GravityMisfit;
+pub use verdict::{MotionJudgement, MotionVerdict};
 
 /// Motion of a recording: the result, and the samples behind it.
 #[derive(Debug, Clone)]
@@ -138,7 +142,6 @@ pub fn motion(
     let moves = summary::moves(&own, uncalibrated.as_ref(), options);
     let end = summary::end(&own, &moves, options);
     let rests = &own.motion.rests;
-    let no_rest = rests.is_empty() && !by_report;
     let t = &own.samples.time_s;
     let visible_moves = summary::visible_moves(&own, options);
     let has_gyro = !own.samples.rate_rad_s.is_empty();
@@ -161,19 +164,21 @@ pub fn motion(
     let timing = &recording.clock;
     let [procedure, frame] = summary::procedure(options, has_gyro);
     let result = MotionResult {
-        input: recording.name.clone(),
-        calibration: calibration.map(|c| c.name.to_owned()),
-        verdict: MotionVerdict::of(&moves, &visible_moves, no_rest, misfit),
-        procedure,
-        rate_hz: Rates {
-            nominal: timing.nominal_rate_hz,
-            r#true: timing.mean_rate_hz.or(timing.median_rate_hz),
+        computation: Computation {
+            input: recording.name.clone(),
+            calibration: calibration.map(|c| c.name.to_owned()),
+            procedure,
+            rate_hz: Rates {
+                nominal: timing.nominal_rate_hz,
+                r#true: timing.mean_rate_hz.or(timing.median_rate_hz),
+            },
+            duration_s: t[t.len() - 1] - t[0],
+            rows: recording.rows() as u64,
+            rows_left_out: (recording.rows() - own.samples.len()) as u64,
+            frame,
+            rests: rests.iter().map(span).collect(),
         },
-        duration_s: t[t.len() - 1] - t[0],
-        rows: recording.rows() as u64,
-        rows_left_out: (recording.rows() - own.samples.len()) as u64,
-        frame,
-        rests: rests.iter().map(span).collect(),
+        verdict: MotionVerdict::new(&own, (&moves, &end), &visible_moves, misfit),
         noise: own.motion.noise,
         visible_speed_mps: own
             .motion

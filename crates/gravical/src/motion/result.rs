@@ -6,17 +6,16 @@ pub use gravical_motion::{Budget, Closure, Ends, NoiseAtRest};
 use serde::Serialize;
 
 use super::uncertainty::GravityMisfit;
+use super::verdict::MotionVerdict;
 use crate::recording::Finding;
 
-/// Motion of one recording.
+/// What was computed, and from what: the same for a motion and for its orientation.
 #[derive(Debug, Clone, PartialEq, Serialize)]
-pub struct MotionResult {
+pub struct Computation {
     /// The recording as it was given.
     pub input: String,
     /// The calibration as it was given; null without one.
     pub calibration: Option<String>,
-    /// What can be determined, and why.
-    pub verdict: MotionVerdict,
     /// How it was computed, for people.
     pub procedure: String,
     /// Sampling rates, Hz.
@@ -27,10 +26,20 @@ pub struct MotionResult {
     pub rows: u64,
     /// Rows without a complete sample, which were stepped over.
     pub rows_left_out: u64,
-    /// What the axes of velocity and position are.
+    /// What the axes of velocity and position, or of the attitude, are.
     pub frame: String,
     /// Where the sensor rested.
     pub rests: Vec<Span>,
+}
+
+/// Motion of one recording.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct MotionResult {
+    /// How it was computed, and from what.
+    #[serde(flatten)]
+    pub computation: Computation,
+    /// What its position is worth, and why.
+    pub verdict: MotionVerdict,
     /// Noise at rest; null without a rest.
     pub noise: Option<NoiseAtRest>,
     /// How far a move has to go, by its duration, to be distinguished from rest; empty without a
@@ -49,32 +58,6 @@ pub struct MotionResult {
     pub uncalibrated: Option<FinalState>,
     /// What is odd.
     pub findings: Vec<Finding>,
-}
-
-/// The verdict on a motion, with its reasons.
-#[derive(Debug, Clone, PartialEq, Serialize)]
-pub struct MotionVerdict {
-    /// In a word.
-    pub judgement: MotionJudgement,
-    /// Why.
-    pub reasons: Vec<String>,
-}
-
-/// The verdict in a word.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
-#[serde(rename_all = "kebab-case")]
-#[non_exhaustive]
-pub enum MotionJudgement {
-    /// Every move is between two rests, which limits the drift.
-    Bounded,
-    /// Some moves have a rest at one end only.
-    PartlyOpen,
-    /// No move is between two rests.
-    Open,
-    /// No move was found.
-    AtRest,
-    /// No displacement is known.
-    NotUsable,
 }
 
 /// Sampling rates, Hz.

@@ -1,16 +1,14 @@
-//! What is said of an estimate: its moves, its end, what may hide in a rest; what can be determined and why, what was
-//! done, what the axes are, and what is odd.
+//! What is said of an estimate: its moves, its end, what may hide in a rest, what was done, what the axes are, and
+//! what is odd.
 
 use gravical_core::matrix3::norm;
 use gravical_motion::{Samples, Unusable};
 
 use super::estimate::Estimate;
 use super::options::{MotionOptions, Procedure};
-use super::result::{Ends, FinalState, MotionJudgement, MotionVerdict, Move, VisibleMove};
-use super::uncertainty::GravityMisfit;
+use super::result::{FinalState, Move, VisibleMove};
 use crate::finding::Case;
 use crate::gravity::Gravity;
-use crate::numfmt::{digits, milli_g};
 use crate::recording::{Finding, LineSpans, Recording};
 
 /// Durations that visible moves are reported of, s.
@@ -111,67 +109,6 @@ pub(super) fn visible_moves(own: &Estimate, options: &MotionOptions) -> Vec<Visi
         })
     })
     .collect()
-}
-
-impl MotionVerdict {
-    pub(super) fn of(
-        moves: &[Move],
-        visible: &[VisibleMove],
-        no_rest: bool,
-        misfit: Option<GravityMisfit>,
-    ) -> Self {
-        use MotionJudgement::{AtRest, Bounded, NotUsable, Open, PartlyOpen};
-        let (usable, lost): (Vec<&Move>, Vec<&Move>) =
-            moves.iter().partition(|m| m.unusable.is_none());
-        let closed = usable.iter().filter(|m| m.ends == Ends::RestToRest).count();
-        let (all, lost) = (moves.len(), lost.len());
-        let mut some = format!("Moves between two rests: {closed} of {all}");
-        if usable.len() > closed {
-            some += "; with one end open the error grows with the square of time: rest for 2 s before the first move and after the last";
-        }
-        if lost > 0 {
-            some += &format!("; {lost} cannot be used, the table of moves gives the reasons");
-        }
-        some.push('.');
-        let hidden = visible.iter().find(|v| v.seconds >= 2.0).or(visible.last());
-        let hidden = hidden.map_or(String::new(), |v| {
-            let (distance, seconds) = (digits(v.distance_m, 2), v.seconds);
-            format!(" A displacement of up to {distance} m in {seconds} s could hide in it.")
-        });
-        let none = format!("No move is visible in the recording.{hidden}");
-        let (judgement, reason) = if no_rest {
-            let reason = "The sensor never rests, so tilt, velocity and noise are not known: hold it still for 2 s before and after each move.";
-            (NotUsable, reason)
-        } else if all == 0 {
-            (AtRest, &none[..])
-        } else if lost == all {
-            let reason = "No displacement can be determined from this recording; the table of moves gives the reasons.";
-            (NotUsable, reason)
-        } else if closed == all {
-            let reason = "Every move is between two rests: the velocity is known to be zero at both ends, which limits the drift.";
-            (Bounded, reason)
-        } else if moves.iter().all(|m| m.ends == Ends::Free) {
-            let reason =
-                "Nothing corrects the drift: the error grows with the square of time and faster.";
-            (Open, reason)
-        } else {
-            (if closed > 0 { PartlyOpen } else { Open }, &some[..])
-        };
-        let contradiction = misfit.filter(|m| m.contradicts).map(|misfit| {
-            format!(
-                "At rest the calibrated sensor measures {:.3} m/s², gravity is {:.3} m/s²: off by {:+.1} mg, {:.0} times what the calibration allows. The uncertainties given here include an error of that size; test the calibration with `gravical check`.",
-                misfit.measured_mps2,
-                misfit.gravity_mps2,
-                milli_g(misfit.measured_mps2 - misfit.gravity_mps2),
-                misfit.sigmas()
-            )
-        });
-        let reasons = contradiction.into_iter().chain([reason.to_owned()]);
-        MotionVerdict {
-            judgement,
-            reasons: reasons.collect(),
-        }
-    }
 }
 
 /// How motion was computed, and what the axes of velocity and position are.

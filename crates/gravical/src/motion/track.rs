@@ -1,4 +1,4 @@
-//! A motion sample by sample: one by one, and as a table.
+//! A motion sample by sample: one by one, and as tables.
 
 use std::io::{self, BufWriter, Write};
 use std::ops::Range;
@@ -8,25 +8,7 @@ use gravical_recording::write::write_fixed;
 
 use super::Motion;
 use super::estimate::Estimate;
-
-/// Names of the columns that are always there.
-const COLUMNS: &str = "t_s,raw_ax_mps2,raw_ay_mps2,raw_az_mps2,\
-    ax_mps2,ay_mps2,az_mps2,still,qw,qx,qy,qz,\
-    lin_ax_mps2,lin_ay_mps2,lin_az_mps2,vx_mps,vy_mps,vz_mps,px_m,py_m,pz_m";
-
-/// Where `still` is among them, before the attitude.
-const STILL: usize = 7;
-
-/// Names of those that come with bands.
-const BANDS: &str = "sigma_vx_mps,sigma_vy_mps,sigma_vz_mps,sigma_px_m,sigma_py_m,sigma_pz_m";
-
-/// Decimals of accelerations, velocities and positions: 1 µm is below any
-/// uncertainty there is.
-const DECIMALS: u32 = 6;
-
-/// Decimals of the attitude. Whoever turns gravity with it makes an error of
-/// g · 1e-8, 5 µm in 10 s.
-const ATTITUDE_DECIMALS: u32 = 8;
+use super::orientation::{attitude_sd_deg, euler_deg};
 
 /// How much text is gathered before it is written.
 const CHUNK: usize = 1 << 18;
@@ -45,24 +27,12 @@ pub struct MotionSample {
     pub state: SampleState,
 }
 
-impl MotionSample {
-    /// In the order of the columns of the table.
-    pub fn numbers(&self) -> impl Iterator<Item = f64> + use<> {
-        let (s, [rx, ry, rz], [fx, fy, fz]) = (self.state, self.raw_mps2, self.force_mps2);
-        let ([qw, qx, qy, qz], still) = (s.attitude, f64::from(s.at_rest));
-        let first = [self.t_s, rx, ry, rz, fx, fy, fz, still, qw, qx, qy, qz];
-        let vectors = [
-            s.acceleration_mps2,
-            s.velocity_mps,
-            s.position_m,
-            s.velocity_sd_mps,
-            s.position_sd_m,
-        ];
-        first.into_iter().chain(vectors.into_iter().flatten())
-    }
-}
-
 impl Motion {
+    /// How many samples there are.
+    pub fn rows(&self) -> usize {
+        self.own.samples.len()
+    }
+
     /// The samples, in order: computed as they are asked for.
     pub fn samples(&self) -> impl Iterator<Item = MotionSample> {
         let own = &self.own.samples;
@@ -83,9 +53,9 @@ impl Motion {
     }
 
     /// The states of an estimate of these rows: in a move that is not usable only that it moves is known, and from
-    /// there on no position.
+    /// there on neither position nor heading.
     fn states<'a>(&self, estimate: &'a Estimate) -> impl Iterator<Item = SampleState> + use<'a> {
-        let last = self.own.samples.len() - 1;
+        let (last, has_gyro) = (self.own.samples.len() - 1, self.own.samples.has_gyro());
         let moves = self.own.motion.moves.iter().zip(&self.result.moves);
         let unusable = moves.filter(|(_, m)| m.unusable.is_some());
         // At its ends it may rest, but for those of the recording.
@@ -101,8 +71,13 @@ impl Motion {
             if unusable.get(next).is_some_and(|m| m.contains(&i)) {
                 state = SampleState::UNKNOWN;
             }
-            if unusable.first().is_some_and(|m| m.start <= i) {
+            let is_lost = unusable.first().is_some_and(|m| m.start <= i);
+            if is_lost {
                 (state.position_m, state.position_sd_m) = ([f64::NAN; 3], [f64::NAN; 3]);
+            }
+            // A rest levels; nothing tells where it headed.
+            if is_lost || !has_gyro {
+                state.attitude_sd_rad[2] = f64::NAN;
             }
             state
         })
@@ -115,44 +90,138 @@ impl Motion {
     }
 }
 
-/// Names of the columns of the table of a motion.
-#[doc(hidden)]
-pub fn table_columns(motion: &Motion) -> impl Iterator<Item = &'static str> {
-    let bands = motion.bands.then_some(BANDS).into_iter();
-    COLUMNS
-        .split(',')
-        .chain(bands.flat_map(|names| names.split(',')))
+/// Columns that belong together: names, decimals, values.
+#[derive(Debug)]
+struct Columns {
+    names: &'static str,
+    decimals: u32,
+    values: fn(&MotionSample, &mut Vec<f64>),
 }
 
-/// Writes the table of a motion: CSV with a header, one row a sample, every column with its unit in its name.
-///
-/// `t_s`; `raw_ax_mps2` … specific force by the nominal scale alone; `ax_mps2` … calibrated; `still` 0 or 1;
-/// `qw`, `qx`, `qy`, `qz` attitude, sensor → frame (Hamilton); `lin_ax_mps2` … acceleration in the frame
-/// without gravity; `vx_mps` …, `px_m` …; with bands `sigma_vx_mps` …, `sigma_px_m` …. What is not known is an
-/// empty field.
-///
-/// The attitude has 8 decimals, all others have 6.
-///
-/// # Errors
-///
-/// What `out` says.
-pub fn write_table(motion: &Motion, out: &mut dyn Write) -> io::Result<()> {
-    let names: Vec<&str> = table_columns(motion).collect();
-    let mut decimals = vec![DECIMALS; names.len()];
-    decimals[STILL] = 0;
-    decimals[STILL + 1..][..4].fill(ATTITUDE_DECIMALS);
-    let mut out = BufWriter::with_capacity(CHUNK, out);
-    writeln!(out, "{}", names.join(","))?;
-    let mut row = Vec::new();
-    for sample in motion.samples() {
-        row.clear();
-        for (value, decimals) in sample.numbers().zip(&decimals) {
-            write_fixed(&mut row, value, *decimals);
-            row.push(b',');
-        }
-        row.pop();
-        row.push(b'\n');
-        out.write_all(&row)?;
+/// Columns with so many decimals.
+const fn columns(
+    names: &'static str,
+    decimals: u32,
+    values: fn(&MotionSample, &mut Vec<f64>),
+) -> Columns {
+    Columns {
+        names,
+        decimals,
+        values,
     }
-    out.flush()
+}
+
+// 1 µm is below any uncertainty there is. Whoever turns gravity with an attitude of eight decimals makes an error of
+// g · 1e-8, 5 µm in 10 s.
+static TIME: Columns = columns("t_s", 6, |s, out| out.push(s.t_s));
+static RAW: Columns = columns("raw_ax_mps2,raw_ay_mps2,raw_az_mps2", 6, |s, out| {
+    out.extend(s.raw_mps2)
+});
+static FORCE: Columns = columns("ax_mps2,ay_mps2,az_mps2", 6, |s, out| {
+    out.extend(s.force_mps2)
+});
+static STILL: Columns = columns("still", 0, |s, out| out.push(f64::from(s.state.at_rest)));
+static ATTITUDE: Columns = columns("qw,qx,qy,qz", 8, |s, out| out.extend(s.state.attitude));
+static EULER: Columns = columns("roll_deg,pitch_deg,yaw_deg", 4, |s, out| {
+    out.extend(euler_deg(&s.state))
+});
+static LINEAR: Columns = columns("lin_ax_mps2,lin_ay_mps2,lin_az_mps2", 6, |s, out| {
+    out.extend(s.state.acceleration_mps2)
+});
+static VELOCITY: Columns = columns("vx_mps,vy_mps,vz_mps", 6, |s, out| {
+    out.extend(s.state.velocity_mps)
+});
+static POSITION: Columns = columns("px_m,py_m,pz_m", 6, |s, out| out.extend(s.state.position_m));
+static VELOCITY_SD: Columns = columns("sigma_vx_mps,sigma_vy_mps,sigma_vz_mps", 6, |s, out| {
+    out.extend(s.state.velocity_sd_mps)
+});
+static POSITION_SD: Columns = columns("sigma_px_m,sigma_py_m,sigma_pz_m", 6, |s, out| {
+    out.extend(s.state.position_sd_m)
+});
+static ATTITUDE_SD: Columns = columns("sigma_tilt_deg,sigma_heading_deg", 4, |s, out| {
+    out.extend(attitude_sd_deg(&s.state))
+});
+
+/// A table of the samples of a motion: a header, one row a sample, every column with its unit in its name.
+#[derive(Debug)]
+pub struct MotionTable<'a> {
+    motion: &'a Motion,
+    columns: Vec<&'static Columns>,
+}
+
+impl Motion {
+    /// The table of a motion.
+    ///
+    /// `t_s`; `raw_ax_mps2` … specific force by the nominal scale alone; `ax_mps2` … calibrated; `still` 0 or 1;
+    /// `qw`, `qx`, `qy`, `qz` attitude, sensor → frame (Hamilton); `lin_ax_mps2` … acceleration in the frame without
+    /// gravity; `vx_mps` …, `px_m` …; with bands `sigma_vx_mps` …, `sigma_px_m` …, `sigma_tilt_deg`,
+    /// `sigma_heading_deg`.
+    pub fn table(&self) -> MotionTable<'_> {
+        let mut columns = vec![
+            &TIME, &RAW, &FORCE, &STILL, &ATTITUDE, &LINEAR, &VELOCITY, &POSITION,
+        ];
+        if self.bands {
+            columns.extend([&VELOCITY_SD, &POSITION_SD, &ATTITUDE_SD]);
+        }
+        MotionTable {
+            motion: self,
+            columns,
+        }
+    }
+
+    /// The table of its orientation: `t_s`, `still`, the attitude as above and as `roll_deg`, `pitch_deg`, `yaw_deg`,
+    /// `sigma_tilt_deg`, `sigma_heading_deg`; with `acceleration` also `lin_ax_mps2` ….
+    pub fn orientation_table(&self, acceleration: bool) -> MotionTable<'_> {
+        let mut columns = vec![&TIME, &STILL, &ATTITUDE, &EULER, &ATTITUDE_SD];
+        columns.extend(acceleration.then_some(&LINEAR));
+        MotionTable {
+            motion: self,
+            columns,
+        }
+    }
+}
+
+impl MotionTable<'_> {
+    /// Names of the columns.
+    pub fn names(&self) -> Vec<&'static str> {
+        let names = self.columns.iter().map(|c| c.names);
+        names.flat_map(|names| names.split(',')).collect()
+    }
+
+    /// All values, row by row.
+    pub fn values(&self) -> Vec<f64> {
+        let mut out = Vec::with_capacity(self.motion.rows() * self.names().len());
+        for sample in self.motion.samples() {
+            self.columns
+                .iter()
+                .for_each(|c| (c.values)(&sample, &mut out));
+        }
+        out
+    }
+
+    /// Writes it as CSV. What is not known is an empty field.
+    ///
+    /// # Errors
+    ///
+    /// What `out` says.
+    pub fn write(&self, out: &mut dyn Write) -> io::Result<()> {
+        let mut out = BufWriter::with_capacity(CHUNK, out);
+        writeln!(out, "{}", self.names().join(","))?;
+        let (mut row, mut values) = (Vec::new(), Vec::new());
+        for sample in self.motion.samples() {
+            row.clear();
+            for columns in &self.columns {
+                values.clear();
+                (columns.values)(&sample, &mut values);
+                for value in &values {
+                    write_fixed(&mut row, *value, columns.decimals);
+                    row.push(b',');
+                }
+            }
+            row.pop();
+            row.push(b'\n');
+            out.write_all(&row)?;
+        }
+        out.flush()
+    }
 }
