@@ -130,14 +130,15 @@ def test_motion(path: str, program: Program) -> None:
     both(lambda: gravical.motion(path), theirs)
 
 
+@pytest.mark.parametrize("verb", ["motion", "orient"])
 def test_motion_with_a_calibration_and_its_table(
-    program: Program, calibration: gravical.Calibration, tmp_path: Path
+    verb: str, program: Program, calibration: gravical.Calibration, tmp_path: Path
 ) -> None:
     cal, table = tmp_path / "cal.json", tmp_path / "track.csv"
     calibration.save(cal)
     line = gravical.simulate("line", seed=3, output=tmp_path / "line").paths[0]
-    theirs = program("motion", line, "-c", cal, "--json", "--quiet", "-o", table)
-    own = gravical.motion(line, cal)
+    theirs = program(verb, line, "-c", cal, "--json", "--quiet", "-o", table)
+    own = getattr(gravical, verb)(line, cal)
     alike(own, theirs)
     own.save(tmp_path / "own.csv")
     assert (tmp_path / "own.csv").read_bytes() == table.read_bytes()

@@ -309,7 +309,7 @@ fn poses<'a>(file: &Calibration) -> Section<'a> {
         "{error}left out: ‖a‖ − g if this pose and those within 25° of it are not used in the fit. tilt: angle off the face."
     );
     let forces = file.poses.iter().map(|p| sub(&p.raw, &a.bias));
-    let case_axes = CaseAxes::of(forces).map(|axes| Block::Note(format!("Pose by pose: {axes}.")));
+    let case_axes = CaseAxes::of(forces).map(|axes| Block::Note(format!("{axes}.")));
     Section::new("Poses")
         .with(table)
         .with(case_axes)

@@ -122,7 +122,7 @@ static FORCE: Columns = columns("ax_mps2,ay_mps2,az_mps2", 6, |s, out| {
 });
 static STILL: Columns = columns("still", 0, |s, out| out.push(f64::from(s.state.at_rest)));
 static ATTITUDE: Columns = columns("qw,qx,qy,qz", 8, |s, out| out.extend(s.state.attitude));
-static EULER: Columns = columns("roll_deg,pitch_deg,yaw_deg", 4, |s, out| {
+static EULER: Columns = columns("roll_deg,pitch_deg,yaw_deg", 6, |s, out| {
     out.extend(euler_deg(&s.state))
 });
 static LINEAR: Columns = columns("lin_ax_mps2,lin_ay_mps2,lin_az_mps2", 6, |s, out| {
@@ -138,7 +138,7 @@ static VELOCITY_SD: Columns = columns("sigma_vx_mps,sigma_vy_mps,sigma_vz_mps", 
 static POSITION_SD: Columns = columns("sigma_px_m,sigma_py_m,sigma_pz_m", 6, |s, out| {
     out.extend(s.state.position_sd_m)
 });
-static ATTITUDE_SD: Columns = columns("sigma_tilt_deg,sigma_heading_deg", 4, |s, out| {
+static ATTITUDE_SD: Columns = columns("sigma_tilt_deg,sigma_heading_deg", 6, |s, out| {
     out.extend(attitude_sd_deg(&s.state))
 });
 
