@@ -10,7 +10,7 @@ use crate::state::{
     MOVING, NineRows, Nominal, POSITION, RATE_BIAS, RATE_PARAMETERS, STATES, VELOCITY, by_element,
     level, set_rows,
 };
-use crate::transition::{Model, Transition};
+use crate::transition::{Model, Transition, turn};
 
 /// Random walks of the biases, m/s²/√s and rad/s/√s: bias instability of a cheap sensor over a minute.
 const FORCE_BIAS_WALK: f64 = 2e-4;
@@ -125,10 +125,9 @@ impl<'a> Filter<'a> {
         let mut attitude = level(&force);
         if samples.has_gyro() {
             for i in (at..rest.start).rev() {
-                let sum =
-                    Vector3::from(samples.rate_rad_s[i]) + Vector3::from(samples.rate_rad_s[i + 1]);
+                let rates = [i, i + 1].map(|i| Vector3::from(samples.rate_rad_s[i]) - rate_bias);
                 let h = samples.time_s[i + 1] - samples.time_s[i];
-                attitude *= Rotation3::new(-(sum * 0.5 - rate_bias) * h).into_inner();
+                attitude *= Rotation3::new(-turn(&rates, h, samples.period_s)).into_inner();
             }
         }
         let mut sd = ErrorState::repeat(1.0);

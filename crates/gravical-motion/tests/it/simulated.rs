@@ -266,7 +266,8 @@ impl Scene {
             if lost || t < self.cut_s {
                 continue;
             }
-            out.time_s.push(t);
+            // The stamp of the mean over the period around it.
+            out.time_s.push(t + 0.5 / RATE_HZ);
             let written = |v: &V3, range: f64| [0, 1, 2].map(|c| v[c].clamp(-range, range));
             out.force.push(written(&reading, self.ranges[0]));
             if self.gyro {

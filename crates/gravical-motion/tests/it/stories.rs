@@ -15,7 +15,7 @@ fn holds(motion: &Motion, recording: &Recording) -> bool {
     (0..3).all(|c| (one.displacement_m[c] - recording.displacement[c]).abs() < 3.0 * one.sd_m[c])
 }
 
-/// Force and rate of a time over noise, at 100 Hz.
+/// Force and rate of a time over noise, at 100 Hz, as means over the period before each stamp.
 pub fn noisy(seed: u64, seconds: f64, truth: impl Fn(f64) -> [[f64; 3]; 2]) -> Samples {
     let mut rng = ChaCha8Rng::seed_from_u64(seed);
     let mut noise = |sd: f64| -> f64 { sd * rng.sample::<f64, _>(StandardNormal) };
@@ -23,7 +23,7 @@ pub fn noisy(seed: u64, seconds: f64, truth: impl Fn(f64) -> [[f64; 3]; 2]) -> S
     let time_s: Vec<f64> = times.map(|i| i as f64 * 0.01).collect();
     let (mut force, mut rate) = (Vec::new(), Vec::new());
     for t in &time_s {
-        let [f, r] = truth(*t);
+        let [f, r] = truth(t - 0.005);
         force.push(f.map(|v| v + noise(0.03)));
         rate.push(r.map(|v| v + noise(1e-3)));
     }
