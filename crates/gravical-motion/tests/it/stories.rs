@@ -159,6 +159,23 @@ fn a_hand_that_turns_while_it_moves_does_not_stand() {
 }
 
 #[test]
+fn a_hand_that_swings_to_and_fro_does_not_walk() {
+    // It turns by ±46°, so slower than 1 rad/s for 0.1 s at each end, and moves on there.
+    let samples = noisy(3, 20.0, |t| {
+        let (swings, phase) = (f64::from((5.0..15.0).contains(&t)), TAU * 0.8 * (t - 5.0));
+        let turned = 0.8 * (1.0 - phase.cos()) * swings;
+        let omega = 0.8 * TAU * 0.8 * phase.sin() * swings;
+        let acceleration = 2.0 * phase.sin() * swings;
+        let (sin, cos) = turned.sin_cos();
+        let [forward, up] = [cos * acceleration - sin * G, sin * acceleration + cos * G];
+        [[forward, 0.0, up], [0.0, omega, 0.0]]
+    });
+    let motion = estimate_motion(&samples, &options());
+    let stances: Vec<usize> = motion.moves.iter().map(|m| m.stances).collect();
+    assert_eq!(stances, [0]);
+}
+
+#[test]
 fn how_far_it_went_is_not_known_over_an_interruption_or_a_missed_turn() {
     let scene = Scene::new(8, Trouble::None).with(|s| s.moves = 2);
     let recording = scene.record();
