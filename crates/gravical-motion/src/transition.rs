@@ -16,8 +16,10 @@ use gravical_signal::Samples;
 /// does not decimate. Without it bands of simulated knocks hold 0.92 of the truths, with all of it they are 2.7 times
 /// too wide.
 const UNRESOLVED: f64 = 0.7;
-/// For how long the scale of a gyroscope stays the same while it differs from its constant, s: a swing.
-const UNSTEADY_S: f64 = 0.1;
+/// Nonlinearity of a gyroscope, of the rate: 0.2 % (data sheet of the MPU-6050), and for how long its error stays the
+/// same, s: a hand turns one way for so long.
+const NONLINEARITY: f64 = 2e-3;
+const ONE_WAY_S: f64 = 0.5;
 /// What may happen in a gap, m/s² and rad/s: a hand.
 const GAP_FORCE_MPS2: f64 = 3.0;
 const GAP_RATE_RAD_S: f64 = 1.0;
@@ -58,9 +60,9 @@ struct Sums {
     /// ∫ R M f dt and ∫ R M ω dt of the readings, by the elements of M.
     by_force: SMatrix<f64, 3, 9>,
     by_rate: SMatrix<f64, 3, 9>,
-    /// Variance of the velocity (sensor axes) by what samples do not resolve, of the attitude by unsteady scales.
+    /// Variance of the velocity (sensor axes) by what samples do not resolve, of the attitude by nonlinearity.
     unresolved: Vector3<f64>,
-    unsteady: f64,
+    nonlinear: f64,
 }
 
 /// What the filter knows besides its state.
@@ -83,7 +85,6 @@ impl Model<'_> {
     ) -> Transition {
         let samples = self.samples;
         let correction = nominal.correction(self.directions);
-        let rate_sd = self.directions.rate_sd;
         let start = nominal.attitude;
         let mut sums = Sums::default();
         let mut turned_rad = 0.0;
@@ -109,7 +110,7 @@ impl Model<'_> {
 
             let speed = mean_rate.norm();
             turned_rad += (speed - MIN_TURN_RAD_S).max(0.0) * h;
-            sums.unsteady += (rate_sd * speed).powi(2) * UNSTEADY_S * h;
+            sums.nonlinear += (NONLINEARITY * speed).powi(2) * ONE_WAY_S * h;
             sums.force += mean_force.cross_matrix() * h;
             sums.attitude += middle * h;
             let turn = middle * h;
@@ -192,7 +193,7 @@ impl Model<'_> {
             tilts += Vector3::new(density, density, density * YAW_OVER_TILT.powi(2));
         }
         let rate =
-            white(&noise.rate, &unmeasured.rate, &tilts) + Matrix3::identity() * sums.unsteady;
+            white(&noise.rate, &unmeasured.rate, &tilts) + Matrix3::identity() * sums.nonlinear;
         let mut q = SMatrix::<f64, 9, 9>::zeros();
         let cross = -sums.force * rate * 0.5;
         set_rows(&mut q, (ATTITUDE, ATTITUDE), &rate);
