@@ -5,11 +5,13 @@
 //! $ cargo run --release -p gravical-motion --example accuracy -- 150 cart
 //! $ cargo run --release -p gravical-motion --example accuracy -- detection
 //! $ cargo run --release -p gravical-motion --example accuracy -- drives
+//! $ cargo run --release -p gravical-motion --example accuracy -- cameras
 //! ```
 //!
 //! Of each kind of recording: errors along the track, how often the bands hold the truth, and how wide they
 //! are beside the errors. The number is that of recordings, a word selects kinds. `detection`: which moves are
-//! found, by distance and duration. `drives`: turns, slides, lifts, short rests.
+//! found, by distance and duration. `drives`: turns, slides, lifts, short rests. `cameras`: attitude of real
+//! recordings, of `GRAVICAL_DATA`.
 // The exemption of tests in clippy.toml does not reach what this shares with them.
 #![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic)]
 
@@ -20,19 +22,27 @@ mod simulated;
 #[allow(dead_code, reason = "the tests use more of it")]
 mod study;
 
+#[path = "../tests/it/cameras.rs"]
+#[allow(dead_code, reason = "the tests use more of it")]
+mod cameras;
 #[path = "../tests/it/drives.rs"]
 #[allow(dead_code, reason = "the tests use more of it")]
 mod drives;
+#[path = "../tests/it/real.rs"]
+#[allow(dead_code, unused_imports, reason = "the tests use more of it")]
+mod real;
 
+use cameras::{TRIALS, attitude, uncalibrated};
 use drives::drives;
 use simulated::{Scene, Trouble};
-use study::{Study, kinds, options};
+use study::{Study, kinds, options, options_with};
 
 fn main() {
     let mut arguments = std::env::args().skip(1);
     let first = arguments.next().unwrap_or_else(|| "60".to_owned());
     match first.parse() {
         Err(_) if first == "drives" => table_of_drives(&arguments.next().unwrap_or_default()),
+        Err(_) if first == "cameras" => table_of_cameras(),
         Ok(seeds) => table_of_kinds(seeds, &arguments.next().unwrap_or_default()),
         Err(_) => map_of_detection(),
     }
@@ -69,6 +79,28 @@ fn table_of_drives(wanted: &str) {
         out.sds_m.sort_by(f64::total_cmp);
         let sd = 1e3 * out.sds_m.get(count / 2).unwrap_or(&f64::NAN);
         println!("| {name} | {beyond} | {open} | {found}, {all} | {rms:.1} | {sd:.1} |");
+    }
+}
+
+fn table_of_cameras() {
+    println!(
+        "| trial, stances | inclination, rms | tilt: σ/error | 2σ | heading, rms | σ/error | 2σ |"
+    );
+    println!("|---|---|---|---|---|---|---|");
+    for (trial, no_stances) in TRIALS.into_iter().flat_map(|t| [(t, false), (t, true)]) {
+        let options =
+            options_with(|o| (o.calibration, o.no_stances) = (uncalibrated(), no_stances));
+        let Some((inclination_rad, tilt, heading)) = attitude(trial, &options) else {
+            return;
+        };
+        let ([_, width, inside], [heading, wide, within]) = (tilt.summary(), heading.summary());
+        println!(
+            "| {}, {} | {:.2}° | {width:.2} | {inside:.3} | {:.2}° | {wide:.2} | {within:.3} |",
+            trial,
+            if no_stances { "without" } else { "with" },
+            inclination_rad.to_degrees(),
+            heading.to_degrees()
+        );
     }
 }
 

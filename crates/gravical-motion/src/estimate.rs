@@ -5,7 +5,7 @@ use std::ops::Range;
 use gravical_signal::{RestTolerance, detect_rests};
 
 use crate::chain::chain;
-use crate::filter::{Filter, Recorder};
+use crate::filter::{Filter, GAINED_SPEED_MPS, Recorder};
 use crate::moves::{MoveSegment, pass};
 use crate::noise::{Noise, NoiseAtRest};
 use crate::options::{Directions, MotionOptions};
@@ -21,8 +21,8 @@ use gravical_signal::Samples;
 ///    is constant, quiet spans, as of a hand; or those that are given.
 /// 2. Noise: of the rests, and of what is rough besides.
 /// 3. Forwards: strapdown and error-state filter; a rest is zero velocity, levelling, zero rate; a stance
-///    zero velocity; every 10 s the mean force of a move levels. A move whose closure fails is gone through again with
-///    more noise, the same along all axes.
+///    zero velocity; every 10 s the mean force of a move levels, the better the less its velocity gains. A move whose
+///    closure fails is gone through again with more noise, the same along all axes.
 /// 4. Backwards: the smoother, from rest to rest.
 ///
 /// Without a rest there is a [`Motion`] without moves, nor is there one if an option is negative or no number,
@@ -122,6 +122,7 @@ impl Estimator<'_> {
                     end,
                     added_noise: model.noise.added_noise(filter.at, end),
                     rest: rest.clone().filter(|_| !is_first),
+                    gained_sd_mps: GAINED_SPEED_MPS,
                     stances: steps.iter().map(|s| s.sample).collect(),
                 };
                 motion.moves.push(Move {

@@ -10,11 +10,14 @@ use crate::state::{
     MOVING, NineRows, Nominal, POSITION, RATE_BIAS, RATE_PARAMETERS, STATES, VELOCITY, by_element,
     level, set_rows,
 };
-use crate::transition::{Model, Transition};
+use crate::transition::{Model, Transition, turn};
 
 /// Random walks of the biases, m/s²/√s and rad/s/√s: bias instability of a cheap sensor over a minute.
 const FORCE_BIAS_WALK: f64 = 2e-4;
 const RATE_BIAS_WALK: f64 = 5e-6;
+/// That of a gyroscope that is moved: its load and temperature change, by 0.01 °/s in a minute. The chain of rests has
+/// its own.
+const MOVED_RATE_BIAS_WALK: f64 = 2e-5;
 /// What is known before the first rest: speed (a car), tilt after a levelling in motion, bias of a
 /// gyroscope by its data sheet.
 const INITIAL_SPEED_MPS: f64 = 30.0;
@@ -22,11 +25,11 @@ const INITIAL_TILT_RAD: f64 = 0.3;
 const INITIAL_RATE_BIAS_RAD_S: f64 = 0.02;
 /// What the bias of an accelerometer drifts by within hours after a calibration, m/s²: 0.1 mg.
 const INITIAL_FORCE_BIAS_MPS2: f64 = 1e-3;
-/// Standard deviation of what a velocity gains between two levellings in motion, m/s: a car. With 6 m/s its
-/// acceleration is fitted by the parameters of the sensors, and the heading leaves its band.
-const GAINED_SPEED_MPS: f64 = 20.0;
+/// Standard deviation of what a velocity gains between two levellings in motion, m/s, before it is known how much it
+/// does: a car. With 6 m/s its acceleration is fitted by the parameters of the sensors, and the heading leaves its band.
+pub(crate) const GAINED_SPEED_MPS: f64 = 20.0;
 /// Interval at which a move without stances is levelled, s: a tilt of 2° adds 3.4 m/s to the velocity within it.
-const LEVELLED_S: f64 = 10.0;
+pub(crate) const LEVELLED_S: f64 = 10.0;
 /// A foot in stance creeps, m/s (Skog et al. 2010, doi 10.1109/TBME.2010.2060723, use 0.01 to 0.1).
 const STANCE_SPEED_MPS: f64 = 0.02;
 /// A rate of the gyroscope is measured to rounding of the computation at best, (rad/s)².
@@ -112,6 +115,12 @@ pub(crate) struct Filter<'a> {
     pub rest_s: f64,
     pub turned_rad: f64,
     pub top_mps: f64,
+    /// Standard deviation of what the velocity gains between two levellings in this move, and the most that it gained
+    /// in one axis, m/s.
+    gained_sd_mps: f64,
+    pub gained_mps: f64,
+    /// Random walk of the bias of the gyroscope, rad/s/√s.
+    rate_bias_walk: f64,
 }
 
 impl<'a> Filter<'a> {
@@ -125,10 +134,9 @@ impl<'a> Filter<'a> {
         let mut attitude = level(&force);
         if samples.has_gyro() {
             for i in (at..rest.start).rev() {
-                let sum =
-                    Vector3::from(samples.rate_rad_s[i]) + Vector3::from(samples.rate_rad_s[i + 1]);
+                let rates = [i, i + 1].map(|i| Vector3::from(samples.rate_rad_s[i]) - rate_bias);
                 let h = samples.time_s[i + 1] - samples.time_s[i];
-                attitude *= Rotation3::new(-(sum * 0.5 - rate_bias) * h).into_inner();
+                attitude *= Rotation3::new(-turn(&rates, h, samples.period_s)).into_inner();
             }
         }
         let mut sd = ErrorState::repeat(1.0);
@@ -158,7 +166,16 @@ impl<'a> Filter<'a> {
             rest_s: samples.time_s[at],
             turned_rad: 0.0,
             top_mps: 0.0,
+            gained_sd_mps: GAINED_SPEED_MPS,
+            gained_mps: 0.0,
+            rate_bias_walk: RATE_BIAS_WALK,
         }
+    }
+
+    /// From here on it moves, until the velocity is zero.
+    pub fn start_move(&mut self, gained_sd_mps: f64) {
+        (self.gained_sd_mps, self.gained_mps) = (gained_sd_mps, 0.0);
+        self.rate_bias_walk = MOVED_RATE_BIAS_WALK;
     }
 
     /// From here on three states may be others by this variance.
@@ -212,7 +229,10 @@ impl<'a> Filter<'a> {
             }
             self.clone_velocity(recorder);
             self.propagate(next, node, added_noise, recorder);
-            self.update(&self.motion_innovation(), recorder);
+            let innovation = self.motion_innovation();
+            let gained = innovation.y.fixed_rows::<3>(0).amax();
+            self.gained_mps = self.gained_mps.max(gained);
+            self.update(&innovation, recorder);
         }
         self.propagate(to, node, added_noise, recorder);
     }
@@ -221,7 +241,7 @@ impl<'a> Filter<'a> {
     fn walk(&mut self, seconds: f64) {
         self.inflate_covariance(FORCE_BIAS, FORCE_BIAS_WALK.powi(2) * seconds);
         if self.model.samples.has_gyro() {
-            self.inflate_covariance(RATE_BIAS, RATE_BIAS_WALK.powi(2) * seconds);
+            self.inflate_covariance(RATE_BIAS, self.rate_bias_walk.powi(2) * seconds);
         }
     }
 
@@ -234,6 +254,7 @@ impl<'a> Filter<'a> {
         self.covariance.fixed_rows_mut::<3>(VELOCITY).fill(0.0);
         self.covariance.fixed_columns_mut::<3>(VELOCITY).fill(0.0);
         self.nominal.velocity = Vector3::zeros();
+        self.rate_bias_walk = RATE_BIAS_WALK;
         self.walk(seconds);
         self.at = to;
         self.rest_s = time_s[to];
@@ -313,7 +334,7 @@ impl<'a> Filter<'a> {
     /// What their difference exceeds its variance by counts as motion. In a vehicle that circles, or speeds up for
     /// minutes, the tilt goes to that of the mean force, as far as the gyroscope may be off.
     pub fn motion_innovation(&self) -> Innovation {
-        let mut m = self.velocity_innovation(GAINED_SPEED_MPS);
+        let mut m = self.velocity_innovation(self.gained_sd_mps);
         let mut by_earlier = m.h.fixed_view_mut::<3, 3>(0, EARLIER_VELOCITY);
         by_earlier.fill_diagonal(-1.0);
         let covariance = m.h * self.covariance * m.h.transpose();

@@ -5,8 +5,11 @@ use std::ops::Range;
 
 use gravical_signal::Samples;
 
-/// Window of the root mean square of the rate, s: a stance lasts 0.3 s and more.
+/// Window of the root mean square of the rate, s.
 const WINDOW_S: f64 = 0.1;
+/// Duration of a stance of a walk at least, s, its rate slower than that of a foot in stance throughout: a hand that
+/// turns back does so for less.
+const MIN_STANCE_S: f64 = 0.3;
 /// A swing turns faster than this, rad/s: a foot reaches 5 to 10.
 const MIN_SWING_RAD_S: f64 = 2.5;
 /// A foot in stance turns slower, rad/s.
@@ -87,7 +90,18 @@ pub(crate) fn detect_stances(samples: &Samples, rest: &Range<usize>) -> Vec<Stan
         sum += norm(rate).powi(2);
     }
     found.extend(quietest);
+    let shortest = samples.count_in(MIN_STANCE_S);
+    found.retain(|stance| lasts(&samples.rate_rad_s, stance.sample, shortest));
     found
+}
+
+/// The rate around `sample` is that of a stance for so many samples.
+fn lasts(rate: &[[f64; 3]], sample: usize, shortest: usize) -> bool {
+    let is_stance = |rate: &&[f64; 3]| norm(rate) < MAX_STANCE_RAD_S;
+    let (before, after) = rate.split_at(sample);
+    let before = before.iter().rev().take(shortest).take_while(is_stance);
+    let after = after.iter().take(shortest).take_while(is_stance);
+    before.count() + after.count() >= shortest
 }
 
 fn norm(v: &[f64; 3]) -> f64 {

@@ -7,7 +7,7 @@
 use nalgebra::{Quaternion, UnitQuaternion, Vector3};
 
 use crate::result::{Motion, PathNode};
-use crate::transition::turn;
+use crate::transition::{mean_over_step, turn};
 use gravical_signal::Samples;
 
 /// Standard gravity, m/s²: what another one differs from it is missing at the nodes.
@@ -22,7 +22,7 @@ pub struct SampleState {
     pub attitude: [f64; 4],
     /// Standard deviations of its rotation about x, y and z of the world, rad.
     pub attitude_sd_rad: [f64; 3],
-    /// Acceleration without gravity, m/s².
+    /// Mean acceleration without gravity over the step before, m/s².
     pub acceleration_mps2: [f64; 3],
     /// Velocity, m/s, and its standard deviations.
     pub velocity_mps: [f64; 3],
@@ -51,18 +51,17 @@ impl SampleState {
 impl Motion {
     /// The state at each of the `samples` that this is the motion of, in order.
     ///
-    /// At a node of the path it is the node's. The trapezoid of the accelerations of a move is its velocity
-    /// (short of moves in which every sample is a node), and the position follows the velocity to what the
-    /// interval between two nodes leaves of noise. In a rest, and between the nodes around a gap, velocity,
-    /// position and attitude are interpolated, and the mean acceleration is that of the velocity; standard
-    /// deviations are linear between nodes. Without a path of two nodes all numbers are NaN.
+    /// At a node of the path it is the node's. The acceleration is the mean over the step before the sample, by which a
+    /// move gains its velocity, and the position follows the velocity to what the interval between two nodes leaves of
+    /// noise. In a rest, and between the nodes around a gap, velocity, position and attitude are interpolated, and the
+    /// mean acceleration is that of the velocity; standard deviations are linear between nodes. Without a path of two
+    /// nodes all numbers are NaN.
     pub fn states<'a>(&'a self, samples: &'a Samples) -> impl Iterator<Item = SampleState> + 'a {
         let covered = self.path.last().is_some_and(|n| n.sample < samples.len());
         let path = if covered { &self.path[..] } else { &[][..] };
-        let mut before = Before::default();
         let pairs = path.windows(2).filter(|p| p[0].sample < p[1].sample);
         let known = pairs.flat_map(move |pair| {
-            let states = between(self, samples, [&pair[0], &pair[1]], &mut before);
+            let states = between(self, samples, [&pair[0], &pair[1]]);
             // Its first one is the last of the interval before.
             states.skip(usize::from(pair[0].sample > 0))
         });
@@ -77,22 +76,11 @@ impl Motion {
     }
 }
 
-/// What an interval takes over from that before it.
-#[derive(Default)]
-struct Before {
-    /// What its samples lack, and the acceleration of the last of them with it, m/s².
-    correction: Vector3<f64>,
-    last_acceleration: Option<Vector3<f64>>,
-    /// True if it had one step.
-    is_single: bool,
-}
-
 /// The states from a node to the next, both included.
 fn between<'a>(
     motion: &Motion,
     samples: &'a Samples,
     [from, to]: [&'a PathNode; 2],
-    before: &mut Before,
 ) -> impl Iterator<Item = SampleState> + use<'a> {
     let (span, last) = (from.sample..=to.sample, to.sample - from.sample);
     let (time_s, force) = (
@@ -119,54 +107,38 @@ fn between<'a>(
     for i in 1..=steps {
         if let Some(rates) = rates {
             let rate = [Vector3::from(rates[i - 1]), Vector3::from(rates[i])];
-            attitude *= UnitQuaternion::from_scaled_axis(turn(&rate, step_s(i)));
+            attitude *= UnitQuaternion::from_scaled_axis(turn(&rate, step_s(i), samples.period_s));
         }
         turned.push(attitude);
     }
     // Rotation vector that is missing at the end, world axes.
     let missing = (quaternion(&to.attitude) * attitude.inverse()).scaled_axis();
-    // Attitude and acceleration that a sample measures, m/s².
+    // Attitude at a sample, and mean acceleration over the step before it, of the first that of itself, m/s².
     let measured = move |i: usize| -> (UnitQuaternion<f64>, Vector3<f64>) {
-        let turned = turned.get(i).unwrap_or(&turned[0]);
-        let attitude = UnitQuaternion::from_scaled_axis(missing * fraction(i)) * turned;
-        let force = attitude * Vector3::from(force[i]);
+        let pair = [i.saturating_sub(1), i];
+        let [before, attitude] = pair.map(|i| {
+            let turned = turned.get(i).unwrap_or(&turned[0]);
+            UnitQuaternion::from_scaled_axis(missing * fraction(i)) * turned
+        });
+        let mean = pair.map(|i| Vector3::from(force[i]));
+        let mean = mean_over_step(&mean, step_s(i.max(1)), samples.period_s);
+        let force = before.nlerp(&attitude, 0.5) * mean;
         (attitude, force - Vector3::new(0.0, 0.0, GRAVITY_MPS2))
     };
 
     let mut velocity = Vector3::from(from.velocity_mps);
-    if !has_gap {
-        // The trapezoid of the accelerations, the first as it was with the correction before, is the velocity.
-        let mut sum = Vector3::<f64>::zeros();
-        for i in 1..=last {
-            let after = time_s[(i + 1).min(last)];
-            sum += measured(i).1 * (0.5 * (after - time_s[i - 1]));
-        }
-        let lacks = Vector3::from(to.velocity_mps) - velocity - sum;
-        let half_s = 0.5 * step_s(1);
-        before.correction = match before.last_acceleration {
-            Some(first) if !(last == 1 && before.is_single) => {
-                (lacks - first * half_s) / (seconds - half_s)
-            }
-            // With one step after the other a correction that starts from the last one would swing.
-            _ => (lacks - measured(0).1 * half_s) / seconds,
-        };
-        before.is_single = last == 1;
-    }
-    let correction = before.correction;
+    let gained: Vector3<f64> = (1..=last).map(|i| measured(i).1 * step_s(i)).sum();
+    let correction = (Vector3::from(to.velocity_mps) - velocity - gained) / seconds;
 
-    // Velocity and position by trapezoids; what is missing of the position at the end is spread.
+    // Velocity by the accelerations, position by trapezoids; what is missing of it at the end is spread.
     let mut integrated = Vec::new();
     if is_integrated {
-        let first = before.last_acceleration;
-        let mut acceleration = first.unwrap_or(measured(0).1 + correction);
         let mut position = Vector3::from(from.position_m);
         integrated.push([velocity, position]);
         for i in 1..=last {
-            let (h, next) = (step_s(i), measured(i).1 + correction);
-            let change = (acceleration + next) * (0.5 * h);
-            position += (velocity + change * 0.5) * h;
+            let change = (measured(i).1 + correction) * step_s(i);
+            position += (velocity + change * 0.5) * step_s(i);
             velocity += change;
-            acceleration = next;
             integrated.push([velocity, position]);
         }
         let missing = Vector3::from(to.position_m) - position;
@@ -176,7 +148,6 @@ fn between<'a>(
         }
         integrated[last] = [to.velocity_mps, to.position_m].map(Vector3::from);
     }
-    before.last_acceleration = Some(measured(last).1 + correction);
 
     (0..=last).map(move |i| {
         let (u, (attitude, measured)) = (fraction(i), measured(i));

@@ -7,6 +7,7 @@
 mod sampled;
 
 mod attitude;
+mod cameras;
 mod drives;
 mod properties;
 mod real;

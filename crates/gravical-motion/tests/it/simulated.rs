@@ -191,8 +191,6 @@ impl Scene {
         let step = draw.vector(1.0).normalize();
         let tremble: [(f64, V3); 2] =
             std::array::from_fn(|_| (draw.uniform(5.0, 11.0), draw.vector(0.15)));
-        let tilt_speed = 1.0 / self.move_s;
-
         let mut noise = drawn(self.seed, 1);
         let mut clock = drawn(self.seed, 2);
         let mut lost = drawn(self.seed, 3);
@@ -207,7 +205,7 @@ impl Scene {
         for i in 0..(end * RATE_HZ) as usize {
             let jitter = drops.then(|| clock.uniform(-1e-3, 1e-3));
             let t = i as f64 / RATE_HZ + jitter.unwrap_or(0.0);
-            let (mut a, mut turn, mut rate) = (V3::zeros(), V3::zeros(), V3::zeros());
+            let mut a = V3::zeros();
             let (mut shake, mut spin) = (self.noise[0], self.noise[1]);
             let mut extra = V3::zeros();
             if let Some(u) = phase(t, &moves_s) {
@@ -217,18 +215,6 @@ impl Scene {
                 };
                 a += direction * (shape * self.distance_m / self.move_s.powi(2));
                 match self.trouble {
-                    Trouble::Wobble(w) => {
-                        turn = tilt_axis * (w * (TAU * u).sin());
-                        rate = tilt_axis * (w * TAU * tilt_speed * (TAU * u).cos());
-                    }
-                    Trouble::Tilt(w) => {
-                        turn = tilt_axis * (w * (PI * u).sin().powi(2));
-                        rate = tilt_axis * (w * PI * tilt_speed * (TAU * u).sin());
-                    }
-                    Trouble::LastingTilt(w) => {
-                        turn = tilt_axis * (w * (PI * u / 2.0).sin().powi(2));
-                        rate = tilt_axis * (w * PI * 0.5 * tilt_speed * (PI * u).sin());
-                    }
                     Trouble::Cart(f, w) => (shake, spin) = (shake.hypot(f), spin.hypot(w)),
                     Trouble::VariedCart(f, w) => {
                         let speed = 16.0 * (u * (1.0 - u)).powi(2);
@@ -249,8 +235,6 @@ impl Scene {
                     Trouble::BiasStep(b) if u > stepped_at => extra = step * b,
                     _ => {}
                 }
-            } else if let (Trouble::LastingTilt(w), true) = (self.trouble, t > moves_s[0].0) {
-                turn = tilt_axis * w;
             }
             let after_s = t - moves_s.last().map_or(f64::INFINITY, |last| last.1);
             if self.trouble == Trouble::Tremble && (0.0..1.0).contains(&after_s) {
@@ -258,7 +242,10 @@ impl Scene {
                     a += size * tremor(TAU * hz, after_s);
                 }
             }
-            let attitude = attitude * Rotation3::new(turn).into_inner();
+            let turn = |t: f64| tilt_axis * self.turned(t, &moves_s);
+            // A sensor keeps the integral of a rate, even where it jumps: the mean over the period.
+            let rate = (turn(t + 0.5 / RATE_HZ) - turn(t - 0.5 / RATE_HZ)) * RATE_HZ;
+            let attitude = attitude * Rotation3::new(turn(t)).into_inner();
             let force = attitude.transpose() * (a + V3::z() * G) + extra;
             let reading = force - force_error * force - bias + noise.vector(shake);
             let turned = rate - rate_error * rate + rate_bias + noise.vector(spin);
@@ -266,7 +253,8 @@ impl Scene {
             if lost || t < self.cut_s {
                 continue;
             }
-            out.time_s.push(t);
+            // The stamp of the mean over the period around it.
+            out.time_s.push(t + 0.5 / RATE_HZ);
             let written = |v: &V3, range: f64| [0, 1, 2].map(|c| v[c].clamp(-range, range));
             out.force.push(written(&reading, self.ranges[0]));
             if self.gyro {
@@ -280,6 +268,18 @@ impl Scene {
         }
         self.spoil(&mut out);
         out
+    }
+
+    /// Angle by which it is tilted at a time, rad.
+    fn turned(&self, t: f64, moves_s: &[(f64, f64)]) -> f64 {
+        let after = if t > moves_s[0].0 { 1.0 } else { 0.0 };
+        match (self.trouble, phase(t, moves_s)) {
+            (Trouble::Wobble(w), Some(u)) => w * (TAU * u).sin(),
+            (Trouble::Tilt(w), Some(u)) => w * (PI * u).sin().powi(2),
+            (Trouble::LastingTilt(w), Some(u)) => w * (PI * u / 2.0).sin().powi(2),
+            (Trouble::LastingTilt(w), None) => w * after,
+            _ => 0.0,
+        }
     }
 
     fn spoil(&self, out: &mut Recording) {

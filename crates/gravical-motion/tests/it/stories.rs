@@ -15,7 +15,7 @@ fn holds(motion: &Motion, recording: &Recording) -> bool {
     (0..3).all(|c| (one.displacement_m[c] - recording.displacement[c]).abs() < 3.0 * one.sd_m[c])
 }
 
-/// Force and rate of a time over noise, at 100 Hz.
+/// Force and rate of a time over noise, at 100 Hz, as means over the period before each stamp.
 pub fn noisy(seed: u64, seconds: f64, truth: impl Fn(f64) -> [[f64; 3]; 2]) -> Samples {
     let mut rng = ChaCha8Rng::seed_from_u64(seed);
     let mut noise = |sd: f64| -> f64 { sd * rng.sample::<f64, _>(StandardNormal) };
@@ -23,7 +23,7 @@ pub fn noisy(seed: u64, seconds: f64, truth: impl Fn(f64) -> [[f64; 3]; 2]) -> S
     let time_s: Vec<f64> = times.map(|i| i as f64 * 0.01).collect();
     let (mut force, mut rate) = (Vec::new(), Vec::new());
     for t in &time_s {
-        let [f, r] = truth(*t);
+        let [f, r] = truth(t - 0.005);
         force.push(f.map(|v| v + noise(0.03)));
         rate.push(r.map(|v| v + noise(1e-3)));
     }
@@ -156,6 +156,23 @@ fn a_hand_that_turns_while_it_moves_does_not_stand() {
     let (recording, motion) = estimate(&scene, &options());
     let is_found = motion.moves.iter().all(|m| m.stances == 0) && holds(&motion, &recording);
     assert!(is_found, "{:?}", motion.moves);
+}
+
+#[test]
+fn a_hand_that_swings_to_and_fro_does_not_walk() {
+    // It turns by ±46°, so slower than 1 rad/s for 0.1 s at each end, and moves on there.
+    let samples = noisy(3, 20.0, |t| {
+        let (swings, phase) = (f64::from((5.0..15.0).contains(&t)), TAU * 0.8 * (t - 5.0));
+        let turned = 0.8 * (1.0 - phase.cos()) * swings;
+        let omega = 0.8 * TAU * 0.8 * phase.sin() * swings;
+        let acceleration = 2.0 * phase.sin() * swings;
+        let (sin, cos) = turned.sin_cos();
+        let [forward, up] = [cos * acceleration - sin * G, sin * acceleration + cos * G];
+        [[forward, 0.0, up], [0.0, omega, 0.0]]
+    });
+    let motion = estimate_motion(&samples, &options());
+    let stances: Vec<usize> = motion.moves.iter().map(|m| m.stances).collect();
+    assert_eq!(stances, [0]);
 }
 
 #[test]

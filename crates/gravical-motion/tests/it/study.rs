@@ -7,6 +7,7 @@ use gravical_motion::{
     estimate_motion,
 };
 use gravical_signal::{interpolate_outliers, quantile};
+use nalgebra::{Quaternion, Rotation3, UnitQuaternion};
 
 use crate::simulated::{BIAS_SD, FORCE_SD, RATE_SD, Recording, Scene, Trouble};
 
@@ -31,6 +32,11 @@ pub fn options_with(change: impl FnOnce(&mut MotionOptions)) -> MotionOptions {
     let mut options = options();
     change(&mut options);
     options
+}
+
+/// Sensor → world.
+pub fn rotation([w, x, y, z]: [f64; 4]) -> Rotation3<f64> {
+    UnitQuaternion::new_unchecked(Quaternion::new(w, x, y, z)).into()
 }
 
 pub fn with_interpolated(

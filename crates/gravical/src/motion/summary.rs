@@ -124,7 +124,7 @@ pub(super) fn procedure(options: &MotionOptions, gyro: bool) -> [String; 2] {
     };
     let frame = "z up along gravity, x along the sensor's x at the start, made horizontal";
     [
-        format!("{attitude}; trapezoid; velocity zero at rests; error-state filter and smoother"),
+        format!("{attitude}; velocity zero at rests; error-state filter and smoother"),
         frame.to_owned(),
     ]
 }
