@@ -1,16 +1,47 @@
 //! Overlapping Allan variance.
 
+use crate::noise::{NoiseModel, correlations, degrees_of_freedom};
+
 /// An Allan variance.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct AllanVariance {
-    /// Averaging time, samples
-    pub m: usize,
+    /// Averaging time, s
+    pub tau_s: f64,
     /// Allan variance, in the unit of the samples squared
     pub variance: f64,
+    /// Equivalent degrees of freedom if the noise were that of one term: N, B, K
+    pub freedom: [f64; 3],
 }
 
-/// Overlapping Allan variances of evenly spaced samples for averaging times of `m` samples; times that
-/// fit into no segment are left out.
+impl AllanVariance {
+    /// Over `m` samples in segments of these lengths.
+    pub(crate) fn new(m: usize, period_s: f64, variance: f64, lengths: &[usize]) -> Self {
+        let fitting = lengths.iter().filter(|n| **n >= 2 * m);
+        let each = fitting.map(|n| degrees_of_freedom(m as f64, *n as f64));
+        AllanVariance {
+            tau_s: m as f64 * period_s,
+            variance,
+            freedom: std::array::from_fn(|term| each.clone().map(|n| n[term]).sum()),
+        }
+    }
+
+    /// Equivalent degrees of freedom under a model, without what a low-pass adds.
+    pub fn degrees_of_freedom(&self, model: &NoiseModel) -> f64 {
+        let [n, b, k, _] = model.parts(self.tau_s);
+        2.0 * ((n + b + k) / self.deviation(model, 0.0)).powi(2)
+    }
+
+    /// Standard deviation under a model, as far as it is common to a point so many octaves away. Each
+    /// term adds to the second differences by itself, so that deviations add.
+    pub(crate) fn deviation(&self, model: &NoiseModel, octaves: f64) -> f64 {
+        let (parts, common) = (model.parts(self.tau_s), correlations(octaves));
+        let each = (0..3).map(|i| parts[i] * (2.0 / self.freedom[i] * common[i]).sqrt());
+        each.sum()
+    }
+}
+
+/// Overlapping Allan variances of evenly spaced samples, `period_s` apart, for averaging times in octaves,
+/// as long as two of them fit into a segment.
 ///
 /// With phases θ_k, the sums of the samples before the k-th,
 ///
@@ -24,27 +55,26 @@ pub struct AllanVariance {
 /// ```
 /// use gravical_signal::allan_variances;
 ///
-/// let variances = allan_variances(&[&[1.0, 2.0, 1.0, 2.0, 1.0]], &[1, 2, 3]);
+/// let variances = allan_variances(&[[1.0, 2.0, 1.0, 2.0, 1.0]], 1.0);
 /// let variances: Vec<f64> = variances.iter().map(|v| v.variance).collect();
 /// assert_eq!(variances, [0.5, 0.0]);
 /// ```
-pub fn allan_variances(segments: &[impl AsRef<[f64]>], m: &[usize]) -> Vec<AllanVariance> {
-    let mut sums = vec![(0, 0.0); m.len()];
-    for segment in segments {
-        let phases = phases(segment.as_ref());
-        for (m, (terms, squares)) in m.iter().zip(&mut sums) {
-            if *m > 0 && phases.len() > 2 * m {
-                *terms += phases.len() - 2 * m;
-                *squares += sum_of_squares(&phases, *m);
-            }
+pub fn allan_variances(segments: &[impl AsRef<[f64]>], period_s: f64) -> Vec<AllanVariance> {
+    let phases: Vec<Vec<f64>> = segments.iter().map(|s| phases(s.as_ref())).collect();
+    let lengths: Vec<usize> = segments.iter().map(|s| s.as_ref().len()).collect();
+    let variance = |m: usize| {
+        let (mut terms, mut squares) = (0, 0.0);
+        for phases in phases.iter().filter(|phases| phases.len() > 2 * m) {
+            let triples = phases.iter().zip(&phases[m..]).zip(&phases[2 * m..]);
+            terms += triples.len();
+            squares += triples
+                .map(|((a, b), c)| (c - 2.0 * b + a).powi(2))
+                .sum::<f64>();
         }
-    }
-    let fitting = m.iter().zip(sums).filter(|(_, (terms, _))| *terms > 0);
-    let variances = fitting.map(|(m, (terms, squares))| AllanVariance {
-        m: *m,
-        variance: squares / (2.0 * (*m as f64).powi(2) * terms as f64),
-    });
-    variances.collect()
+        let variance = squares / (2.0 * (m as f64).powi(2) * terms as f64);
+        (terms > 0).then(|| AllanVariance::new(m, period_s, variance, &lengths))
+    };
+    (0..).map_while(|octave| variance(1 << octave)).collect()
 }
 
 /// Sums of the samples before each one, less the first sample so that they stay small.
@@ -55,10 +85,4 @@ fn phases(samples: &[f64]) -> Vec<f64> {
         Some(*sum)
     });
     std::iter::once(0.0).chain(sums).collect()
-}
-
-fn sum_of_squares(phases: &[f64], m: usize) -> f64 {
-    let pairs = phases.iter().zip(&phases[m..]);
-    let triples = pairs.zip(&phases[2 * m..]);
-    triples.map(|((a, b), c)| (c - 2.0 * b + a).powi(2)).sum()
 }

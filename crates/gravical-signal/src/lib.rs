@@ -28,8 +28,7 @@ mod steady;
 pub use allan::{AllanVariance, allan_variances};
 pub use blocks::{Block, block_len, blocks};
 pub use noise::{
-    NoiseFit, NoiseModel, NoisePoints, NoiseTerm, Slow, TermEstimate, Trend, chi_square_factors,
-    find_slow, fit_noise,
+    NoiseFit, NoiseLimit, NoiseModel, NoiseTerm, Trend, chi_square_factors, fit_noise, remove_trend,
 };
 pub use outliers::interpolate_outliers;
 pub use quantile::quantile;

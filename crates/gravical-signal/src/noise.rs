@@ -12,8 +12,8 @@ mod trend;
 
 use std::f64::consts::{LN_2, PI};
 
-pub use fit::{NoiseFit, NoisePoints, TermEstimate, chi_square_factors, fit_noise};
-pub use trend::{Slow, Trend, find_slow};
+pub use fit::{NoiseFit, NoiseLimit, chi_square_factors, fit_noise};
+pub use trend::{Trend, remove_trend};
 
 /// A term of the model.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -37,72 +37,66 @@ impl NoiseTerm {
 
     /// Its Allan variance at τ for a coefficient of 1.
     pub fn shape(self, tau_s: f64) -> f64 {
-        match self {
-            NoiseTerm::N => 1.0 / tau_s,
-            NoiseTerm::B => 2.0 * LN_2 / PI,
-            NoiseTerm::K => tau_s / 3.0,
-        }
-    }
-
-    /// Equivalent degrees of freedom of its overlapping Allan variance over `m` of `samples` (NIST
-    /// SP 1065, table 5; copies of it lack the square of flicker noise at m = 1).
-    fn degrees_of_freedom(self, m: f64, samples: f64) -> f64 {
-        let n = samples + 1.0;
-        let freedom = match self {
-            NoiseTerm::N => {
-                let overlap = 4.0 * m * m / (4.0 * m * m + 5.0);
-                (1.5 * (n - 1.0) / m - 2.0 * (n - 2.0) / n) * overlap
-            }
-            NoiseTerm::B if m == 1.0 => 2.0 * (n - 2.0).powi(2) / (2.3 * n - 4.9),
-            NoiseTerm::B => 1.25 * n * n / (m * (n + 3.0 * m)),
-            NoiseTerm::K if n > 3.0 => {
-                let squares = (n - 1.0).powi(2) - 3.0 * m * (n - 1.0) + 4.0 * m * m;
-                (n - 2.0) / m * squares / (n - 3.0).powi(2)
-            }
-            NoiseTerm::K => 1.0,
-        };
-        freedom.max(1.0)
-    }
-
-    /// Correlation of its Allan variances at averaging times so many octaves apart. In a long
-    /// recording it is the integral of the squared covariance of the second differences, which
-    /// depends on the ratio of the times alone; these closed forms are right to 0.01.
-    fn correlation(self, octaves: f64) -> f64 {
-        if octaves == 0.0 {
-            return 1.0;
-        }
-        let power = |exponent: f64| 2_f64.powf(-exponent * octaves);
-        match self {
-            NoiseTerm::N => 1.5 * power(1.5),
-            NoiseTerm::B => 2.9 * power(1.5) - 2.1 * power(2.65),
-            NoiseTerm::K => 1.39 * power(0.5) - 0.38 * power(2.0),
-        }
+        shapes(tau_s)[self as usize]
     }
 }
 
-/// Squares of N, B and K.
+/// Allan variances of N, B and K of 1 at τ, and what a low-pass adds to them.
+fn shapes(tau_s: f64) -> [f64; 4] {
+    [1.0 / tau_s, 2.0 * LN_2 / PI, tau_s / 3.0, tau_s.powi(-2)]
+}
+
+/// Coefficients of the Allan variance: N², B², K², and e over τ², with e < 0: what a low-pass takes from the
+/// ends of a mean.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
-pub struct NoiseModel {
-    /// N², B², K²
-    pub squares: [f64; 3],
-    /// What a low-pass takes from the ends of a mean: σ² gains this over τ²
-    pub edge: f64,
-}
+pub struct NoiseModel(pub [f64; 4]);
 
 impl NoiseModel {
     /// White noise of N = 1.
-    pub const WHITE: NoiseModel = NoiseModel {
-        squares: [1.0, 0.0, 0.0],
-        edge: 0.0,
-    };
+    pub const WHITE: NoiseModel = NoiseModel([1.0, 0.0, 0.0, 0.0]);
 
     /// Parts of the Allan variance at τ.
-    fn parts(&self, tau_s: f64) -> [f64; 3] {
-        NoiseTerm::ALL.map(|term| self.squares[term as usize] * term.shape(tau_s))
+    pub(crate) fn parts(&self, tau_s: f64) -> [f64; 4] {
+        let shapes = shapes(tau_s);
+        std::array::from_fn(|i| self.0[i] * shapes[i])
     }
 
     /// Allan variance at τ.
     pub fn variance(&self, tau_s: f64) -> f64 {
-        self.parts(tau_s).iter().sum::<f64>() + self.edge / tau_s.powi(2)
+        self.parts(tau_s).iter().sum()
     }
+}
+
+/// Equivalent degrees of freedom of the overlapping Allan variance over `m` of `samples` if the noise is that
+/// of N, B or K (NIST SP 1065, table 5; copies of it lack the square of flicker noise at m = 1).
+pub(crate) fn degrees_of_freedom(m: f64, samples: f64) -> [f64; 3] {
+    let n = samples + 1.0;
+    let overlap = 4.0 * m * m / (4.0 * m * m + 5.0);
+    let white = (1.5 * (n - 1.0) / m - 2.0 * (n - 2.0) / n) * overlap;
+    let flicker = match m {
+        1.0 => 2.0 * (n - 2.0).powi(2) / (2.3 * n - 4.9),
+        _ => 1.25 * n * n / (m * (n + 3.0 * m)),
+    };
+    let squares = (n - 1.0).powi(2) - 3.0 * m * (n - 1.0) + 4.0 * m * m;
+    let walk = match n {
+        3.0 => 1.0,
+        _ => (n - 2.0) / m * squares / (n - 3.0).powi(2),
+    };
+    [white, flicker, walk].map(|freedom| freedom.max(1.0))
+}
+
+/// Correlations of Allan variances at averaging times so many octaves apart, of noise of N, B and K. In a
+/// long recording each is the integral of the squared covariance of the second differences, which depends
+/// on the ratio of the times alone; these closed forms are right to 0.01.
+pub(crate) fn correlations(octaves: f64) -> [f64; 3] {
+    if octaves == 0.0 {
+        return [1.0; 3];
+    }
+    let power = |exponent: f64| 2_f64.powf(-exponent * octaves);
+    let flicker = 2.9 * power(1.5) - 2.1 * power(2.65);
+    [
+        1.5 * power(1.5),
+        flicker,
+        1.39 * power(0.5) - 0.38 * power(2.0),
+    ]
 }

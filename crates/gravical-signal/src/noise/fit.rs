@@ -12,7 +12,7 @@
 use nalgebra::{DMatrix, DVector};
 use statrs::distribution::{ChiSquared, ContinuousCDF};
 
-use super::{NoiseModel, NoiseTerm};
+use super::{NoiseModel, NoiseTerm, shapes};
 use crate::allan::AllanVariance;
 
 /// Real noise follows the model to about this fraction of the variance: without it the first
@@ -25,340 +25,270 @@ const MIN_FREEDOM: f64 = 4.0;
 /// Deviation of a point that the model does not explain, in standard deviations.
 const MAX_DEVIATION: f64 = 4.0;
 /// The same behind a low-pass, where a part of it that is left would bias N.
-const BEHIND: f64 = 2.0;
+const MAX_DEVIATION_FILTERED: f64 = 2.0;
 /// Points at the short end that have to agree with the model, and fewest points of a fit.
 const TESTED: usize = 3;
 const MIN_POINTS: usize = 6;
 /// Octaves that are left out after those that disagree visibly: what they may hide has decayed then.
 const MORE: usize = 1;
-/// The part of a low-pass that is seen, in standard deviations.
-const SEEN: f64 = 4.0;
+/// A low-pass is seen where e differs from zero by so many standard deviations.
+const MIN_EDGE: f64 = 4.0;
 /// Behind a low-pass, N is seen where all else is less than this part of the Allan variance: the slope
 /// of the deviation is −½ to 0.1 there.
 const MAX_ELSE: f64 = 0.2;
 /// A random walk leads, with a slope near +½, over a factor of 4: from this part of the longest segment
 /// to half of it, where averaging times end.
 const WALK_FROM: f64 = 1.0 / 8.0;
-/// The longest recording that is proposed, as a multiple.
-const MAX_FACTOR: f64 = 1024.0;
-
-/// A term as far as the recording determines it.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub enum TermEstimate {
-    /// The coefficient and its 95 % interval
-    Known {
-        /// Coefficient: N, B or K
-        value: f64,
-        /// Lower end
-        low: f64,
-        /// Upper end
-        high: f64,
-    },
-    /// Not observable
-    Unknown {
-        /// Upper limit (95 %); `None` if there is none
-        at_most: Option<f64>,
-        /// Length of a recording that would show a term as large as the limit, s; `None` if a
-        /// thousand times the length would not
-        record_s: Option<f64>,
-    },
-}
-
-/// Allan variances of one channel.
-#[derive(Debug, Clone)]
-pub struct NoisePoints {
-    /// Averaging times, s, in octaves
-    tau_s: Vec<f64>,
-    variance: Vec<f64>,
-    /// Degrees of freedom if the noise were that of one term
-    freedom: Vec<[f64; 3]>,
-    /// Length of the longest segment, s
-    longest_s: f64,
-    period_s: f64,
-    /// Fitted with the ends of a low-pass
-    has_edge: bool,
-}
-
-impl NoisePoints {
-    /// Points of samples `period_s` apart in segments of these `lengths`; octaves where they are fitted.
-    pub fn new(points: &[AllanVariance], lengths: &[usize], period_s: f64) -> Self {
-        let freedom = |point: &AllanVariance| {
-            let m = point.m as f64;
-            let fitting = lengths.iter().filter(|n| **n >= 2 * point.m);
-            NoiseTerm::ALL.map(|term| {
-                let each = fitting
-                    .clone()
-                    .map(|n| term.degrees_of_freedom(m, *n as f64));
-                each.sum::<f64>()
-            })
-        };
-        NoisePoints {
-            tau_s: points.iter().map(|p| p.m as f64 * period_s).collect(),
-            variance: points.iter().map(|p| p.variance).collect(),
-            freedom: points.iter().map(freedom).collect(),
-            longest_s: lengths.iter().max().map_or(0.0, |n| *n as f64 * period_s),
-            period_s,
-            has_edge: false,
-        }
-    }
-
-    fn after(&self, first: usize, has_edge: bool) -> Self {
-        NoisePoints {
-            has_edge,
-            tau_s: self.tau_s[first..].to_vec(),
-            variance: self.variance[first..].to_vec(),
-            freedom: self.freedom[first..].to_vec(),
-            ..*self
-        }
-    }
-
-    /// Degrees of freedom of the points under a model.
-    pub fn degrees_of_freedom(&self, model: &NoiseModel) -> Vec<f64> {
-        let freedom = |i: usize| {
-            let deviation: f64 = self.term_deviations(model, i).iter().sum();
-            2.0 * (model.variance(self.tau_s[i]) / deviation).powi(2)
-        };
-        (0..self.tau_s.len()).map(freedom).collect()
-    }
-
-    /// What each term adds to the standard deviation of a point.
-    fn term_deviations(&self, model: &NoiseModel, i: usize) -> [f64; 3] {
-        let parts = model.parts(self.tau_s[i]);
-        NoiseTerm::ALL.map(|t| parts[t as usize] * (2.0 / self.freedom[i][t as usize]).sqrt())
-    }
-
-    /// Covariance of the points under a model. Each term adds to the second differences by itself, so
-    /// that the covariance is a product of sums over the terms.
-    fn covariance(&self, model: &NoiseModel) -> DMatrix<f64> {
-        let count = self.tau_s.len();
-        let deviations: Vec<[f64; 3]> =
-            (0..count).map(|i| self.term_deviations(model, i)).collect();
-        DMatrix::from_fn(count, count, |i, j| {
-            let octaves = (self.tau_s[i] / self.tau_s[j]).log2().abs();
-            let roots = NoiseTerm::ALL.map(|term| term.correlation(octaves).sqrt());
-            let sum = |i: usize| {
-                deviations[i]
-                    .iter()
-                    .zip(roots)
-                    .map(|(d, r)| d * r)
-                    .sum::<f64>()
-            };
-            sum(i) * sum(j)
-        })
-    }
-
-    /// Standard deviations under a model, its own error included.
-    fn deviations(&self, model: &NoiseModel) -> Vec<f64> {
-        let deviation = |i: usize| {
-            let by_chance: f64 = self.term_deviations(model, i).iter().sum();
-            by_chance.hypot(MODEL_ERROR * model.variance(self.tau_s[i]))
-        };
-        (0..self.tau_s.len()).map(deviation).collect()
-    }
-
-    /// The matrix that makes the squares of `terms` of the variances, and e where it is fitted, by
-    /// least squares.
-    fn solver(&self, deviations: &[f64], terms: &[NoiseTerm]) -> Option<DMatrix<f64>> {
-        let columns = terms.len() + usize::from(self.has_edge);
-        let mut design = DMatrix::from_fn(self.tau_s.len(), columns, |i, j| {
-            let tau_s = self.tau_s[i];
-            let shape = terms
-                .get(j)
-                .map_or(tau_s.powi(-2), |term| term.shape(tau_s));
-            shape / deviations[i]
-        });
-        let norms: Vec<f64> = design.column_iter().map(|c| c.norm()).collect();
-        for (mut column, norm) in design.column_iter_mut().zip(&norms) {
-            column /= *norm;
-        }
-        let inverse = design.pseudo_inverse(1e-12).ok()?;
-        let scaled = DMatrix::from_fn(columns, self.tau_s.len(), |j, i| {
-            inverse[(j, i)] / (norms[j] * deviations[i])
-        });
-        scaled.iter().all(|x| x.is_finite()).then_some(scaled)
-    }
-
-    /// The best of all models without a negative square.
-    fn non_negative(&self, deviations: &[f64]) -> Option<NoiseModel> {
-        let variances = DVector::from_column_slice(&self.variance);
-        let solved = (1..8_u32).filter_map(|bits| {
-            let terms: Vec<NoiseTerm> = NoiseTerm::ALL
-                .into_iter()
-                .filter(|term| bits >> *term as u32 & 1 == 1)
-                .collect();
-            let squares = self.solver(deviations, &terms)? * &variances;
-            let mut model = NoiseModel::default();
-            for (term, square) in terms.iter().zip(&squares) {
-                model.squares[*term as usize] = *square;
-            }
-            if self.has_edge {
-                model.edge = squares[terms.len()];
-            }
-            let misfit: f64 = self.misfits(&model, deviations).map(|d| d * d).sum();
-            let mut squares = squares.iter().take(terms.len());
-            squares.all(|x| *x > 0.0).then_some((misfit, model))
-        });
-        solved.min_by(|a, b| a.0.total_cmp(&b.0)).map(|best| best.1)
-    }
-
-    /// Deviations of the points from a model, in standard deviations.
-    fn misfits(&self, model: &NoiseModel, deviations: &[f64]) -> impl Iterator<Item = f64> {
-        let points = self.tau_s.iter().zip(&self.variance).zip(deviations);
-        points.map(|((tau_s, variance), sd)| (variance - model.variance(*tau_s)) / sd)
-    }
-
-    fn reweighted(&self) -> Option<NoiseModel> {
-        let white = NoiseModel::WHITE;
-        let relative = self.deviations(&white).into_iter().zip(&self.tau_s);
-        let relative = relative.map(|(sd, tau_s)| sd / white.variance(*tau_s));
-        let first: Vec<f64> = relative.zip(&self.variance).map(|(sd, v)| sd * v).collect();
-        let mut model = self.non_negative(&first)?;
-        for _ in 0..REWEIGHTINGS {
-            model = self.non_negative(&self.deviations(&model))?;
-        }
-        Some(model)
-    }
-
-    /// Variance of the square of `term`, or of e, in a fit of it and all terms of the model.
-    fn square_variance(&self, model: &NoiseModel, term: Option<NoiseTerm>) -> Option<f64> {
-        let is_fitted = |t: &NoiseTerm| Some(*t) == term || model.squares[*t as usize] > 0.0;
-        let terms: Vec<NoiseTerm> = NoiseTerm::ALL.into_iter().filter(is_fitted).collect();
-        let of_term = |term| terms.iter().position(|t| *t == term);
-        let row = term.map_or(Some(terms.len()), of_term)?;
-        let solver = self.solver(&self.deviations(model), &terms)?;
-        let row = solver.row(row);
-        Some((row * self.covariance(model) * row.transpose())[(0, 0)])
-    }
-
-    /// True where the slope of the Allan deviation shows the term.
-    fn shows(&self, model: &NoiseModel, term: NoiseTerm) -> bool {
-        let is_white = |tau_s: &f64| {
-            let white = model.parts(*tau_s)[0];
-            let others = (model.variance(*tau_s) - white).abs();
-            others.max((model.edge / tau_s.powi(2)).abs()) < MAX_ELSE * white
-        };
-        match term {
-            NoiseTerm::N => !self.has_edge || self.tau_s.iter().any(is_white),
-            NoiseTerm::B => true,
-            NoiseTerm::K => {
-                let [n, b, k] = model.parts(WALK_FROM * self.longest_s);
-                k > n + b
-            }
-        }
-    }
-
-    fn estimate(&self, model: &NoiseModel, term: NoiseTerm) -> TermEstimate {
-        let square = model.squares[term as usize];
-        let variance = self.square_variance(model, Some(term));
-        let variance = variance.filter(|_| self.shows(model, term));
-        let factors = variance.and_then(|variance| {
-            let freedom = 2.0 * square * square / variance;
-            chi_square_factors(freedom).filter(|_| freedom >= MIN_FREEDOM)
-        });
-        match factors {
-            Some([low, high]) => TermEstimate::Known {
-                value: square.sqrt(),
-                low: square.sqrt() * low,
-                high: square.sqrt() * high,
-            },
-            None => self.limit(model, term),
-        }
-    }
-
-    /// Upper limit of a term that is not observable, and how long a recording would show it.
-    fn limit(&self, model: &NoiseModel, term: NoiseTerm) -> TermEstimate {
-        const ONE_SIDED: f64 = 1.645;
-        let mut limit = *model;
-        // The term itself adds to its own uncertainty.
-        for _ in 0..10 {
-            let Some(variance) = self
-                .square_variance(&limit, Some(term))
-                .filter(|v| v.is_finite() && *v >= 0.0)
-            else {
-                return TermEstimate::Unknown {
-                    at_most: None,
-                    record_s: None,
-                };
-            };
-            limit.squares[term as usize] =
-                model.squares[term as usize] + ONE_SIDED * variance.sqrt();
-        }
-        let square = limit.squares[term as usize];
-        let shows = |duration_s: &f64| {
-            let length = duration_s / self.period_s;
-            let first = (self.tau_s[0] / self.period_s).round() as usize;
-            let octaves = (0..).map(|k| first << k);
-            // Only their number counts: values are those of the model.
-            let planned = octaves.take_while(|m| (*m as f64) < 0.4 * length);
-            let variance = f64::NAN;
-            let planned = planned.map(|m| AllanVariance { m, variance });
-            let planned: Vec<AllanVariance> = planned.collect();
-            let longer = NoisePoints::new(&planned, &[length as usize], self.period_s);
-            let variance = longer.square_variance(&limit, Some(term));
-            variance.is_some_and(|v| 2.0 * square * square / v >= MIN_FREEDOM)
-        };
-        let factors = (1..)
-            .map(|k| 2_f64.powi(k))
-            .take_while(|f| *f <= MAX_FACTOR);
-        TermEstimate::Unknown {
-            at_most: Some(square.sqrt()),
-            record_s: factors.map(|f| f * self.longest_s).find(shows),
-        }
-    }
-}
+/// The longest recording that is proposed is 2 to this power times as long.
+const MAX_DOUBLINGS: i32 = 10;
+/// Standard normal quantile of a one-sided 95 % limit.
+const ONE_SIDED: f64 = 1.645;
+/// Column of e, after those of the terms.
+const EDGE: usize = 3;
 
 /// A fit of one channel.
 #[derive(Debug, Clone, PartialEq)]
 pub struct NoiseFit {
-    /// Squares of the terms; zero for those that are not part of it
+    /// Zero for what is not part of it
     pub model: NoiseModel,
     /// Shortest averaging time that was used, s
     pub from_s: f64,
     /// Averaging time at which the variance deviates most from the model, by more than chance, s, and
     /// the variance over that of the model
     pub misfit: Option<(f64, f64)>,
-    /// N, B, K
-    pub estimates: [TermEstimate; 3],
+    /// Of N, B and K: ends of the 95 % interval over the estimate, or the limit of a term that is not
+    /// observable
+    pub intervals: [Result<[f64; 2], NoiseLimit>; 3],
 }
 
-/// Fits N, B and K. `None` with fewer than two points, or if a variance is zero.
+/// What a recording says of a term that it does not determine.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+pub struct NoiseLimit {
+    /// Upper limit (95 %); `None` if there is none
+    pub at_most: Option<f64>,
+    /// Length of a recording that would show a term as large as the limit, s; `None` if a thousand
+    /// times the length would not
+    pub record_s: Option<f64>,
+}
+
+/// Points that are fitted together.
+#[derive(Clone, Copy)]
+struct Points<'a> {
+    points: &'a [AllanVariance],
+    period_s: f64,
+    /// Length of the longest segment, samples
+    longest: usize,
+    /// Fitted with the ends of a low-pass
+    has_edge: bool,
+}
+
+impl<'a> Points<'a> {
+    fn filtered(&self, first: usize) -> Self {
+        Points {
+            points: &self.points[first..],
+            has_edge: true,
+            ..*self
+        }
+    }
+
+    /// Covariance under a model.
+    fn covariance(&self, model: &NoiseModel) -> DMatrix<f64> {
+        DMatrix::from_fn(self.points.len(), self.points.len(), |i, j| {
+            let (a, b) = (&self.points[i], &self.points[j]);
+            let octaves = (a.tau_s / b.tau_s).log2().abs();
+            a.deviation(model, octaves) * b.deviation(model, octaves)
+        })
+    }
+
+    /// Standard deviations under a model, its own error included.
+    fn deviations(&self, model: &NoiseModel) -> Vec<f64> {
+        let points = self.points.iter().map(|p| {
+            let by_chance = p.deviation(model, 0.0);
+            by_chance.hypot(MODEL_ERROR * model.variance(p.tau_s))
+        });
+        points.collect()
+    }
+
+    /// The terms for which it holds, and e where it is fitted.
+    fn columns(&self, is_fitted: impl Fn(usize) -> bool) -> Vec<usize> {
+        let is_column = |c: &usize| {
+            if *c == EDGE {
+                self.has_edge
+            } else {
+                is_fitted(*c)
+            }
+        };
+        (0..=EDGE).filter(is_column).collect()
+    }
+
+    /// The matrix that makes these coefficients of the variances, by least squares.
+    fn solver(&self, deviations: &[f64], columns: &[usize]) -> Option<DMatrix<f64>> {
+        let count = self.points.len();
+        let mut design = DMatrix::from_fn(count, columns.len(), |i, j| {
+            shapes(self.points[i].tau_s)[columns[j]] / deviations[i]
+        });
+        let norms: Vec<f64> = design.column_iter().map(|c| c.norm()).collect();
+        for (mut column, norm) in design.column_iter_mut().zip(&norms) {
+            column /= *norm;
+        }
+        let inverse = design.pseudo_inverse(1e-12).ok()?;
+        let scale = |j: usize, i: usize| inverse[(j, i)] / (norms[j] * deviations[i]);
+        let scaled = DMatrix::from_fn(columns.len(), count, scale);
+        scaled.iter().all(|x| x.is_finite()).then_some(scaled)
+    }
+
+    /// The best of all models without a negative square.
+    fn non_negative(&self, deviations: &[f64]) -> Option<NoiseModel> {
+        let variances: Vec<f64> = self.points.iter().map(|p| p.variance).collect();
+        let variances = DVector::from_vec(variances);
+        let solved = (1..8_u32).filter_map(|bits| {
+            let columns = self.columns(|c| bits >> c & 1 == 1);
+            let solved = self.solver(deviations, &columns)? * &variances;
+            let mut model = NoiseModel::default();
+            columns
+                .iter()
+                .zip(&solved)
+                .for_each(|(c, x)| model.0[*c] = *x);
+            let misfit: f64 = self.misfits(&model, deviations).map(|d| d * d).sum();
+            let is_possible = columns.iter().all(|c| *c == EDGE || model.0[*c] > 0.0);
+            is_possible.then_some((misfit, model))
+        });
+        solved.min_by(|a, b| a.0.total_cmp(&b.0)).map(|best| best.1)
+    }
+
+    /// Deviations of the points from a model, in standard deviations.
+    fn misfits(&self, model: &NoiseModel, deviations: &[f64]) -> impl Iterator<Item = f64> {
+        let points = self.points.iter().zip(deviations);
+        points.map(|(p, sd)| (p.variance - model.variance(p.tau_s)) / sd)
+    }
+
+    fn reweighted(&self) -> Option<NoiseModel> {
+        let white = self.deviations(&NoiseModel::WHITE);
+        let first = self.points.iter().zip(white);
+        let first = first.map(|(p, sd)| sd / NoiseModel::WHITE.variance(p.tau_s) * p.variance);
+        let model = self.non_negative(&first.collect::<Vec<f64>>())?;
+        (0..REWEIGHTINGS).try_fold(model, |model, _| {
+            self.non_negative(&self.deviations(&model))
+        })
+    }
+
+    /// True if the points at the short end agree with the model.
+    fn agrees(&self, within: f64) -> bool {
+        self.reweighted().is_some_and(|model| {
+            let deviations = self.deviations(&model);
+            let mut tested = self.misfits(&model, &deviations).take(TESTED);
+            tested.all(|misfit| misfit.abs() < within)
+        })
+    }
+
+    /// Variance of a coefficient in a fit of it and all terms of the model.
+    fn coefficient_variance(&self, model: &NoiseModel, column: usize) -> Option<f64> {
+        let columns = self.columns(|c| c == column || model.0[c] > 0.0);
+        let solver = self.solver(&self.deviations(model), &columns)?;
+        let row = solver.row(columns.iter().position(|c| *c == column)?);
+        Some((row * self.covariance(model) * row.transpose())[(0, 0)])
+    }
+
+    /// True where the slope of the Allan deviation shows the term.
+    fn shows(&self, model: &NoiseModel, term: NoiseTerm) -> bool {
+        let is_white = |p: &AllanVariance| {
+            let [white, b, k, edge] = model.parts(p.tau_s);
+            (b + k + edge).abs().max(edge.abs()) < MAX_ELSE * white
+        };
+        match term {
+            NoiseTerm::N => !self.has_edge || self.points.iter().any(is_white),
+            NoiseTerm::B => true,
+            NoiseTerm::K => {
+                let [n, b, k, _] = model.parts(WALK_FROM * self.longest as f64 * self.period_s);
+                k > n + b
+            }
+        }
+    }
+
+    /// Degrees of freedom of the square of a term.
+    fn freedom(&self, model: &NoiseModel, term: usize) -> Option<f64> {
+        let variance = self.coefficient_variance(model, term)?;
+        Some(2.0 * model.0[term].powi(2) / variance).filter(|n| *n >= MIN_FREEDOM)
+    }
+
+    /// Ends of the interval over the estimate, or the limit of a term that is not observable.
+    fn interval(&self, model: &NoiseModel, term: NoiseTerm) -> Result<[f64; 2], NoiseLimit> {
+        let freedom = self.freedom(model, term as usize);
+        let freedom = freedom.filter(|_| self.shows(model, term));
+        let interval = freedom.and_then(chi_square_factors);
+        interval.ok_or_else(|| self.limit(model, term as usize).unwrap_or_default())
+    }
+
+    /// Upper limit of a term that is not observable, and how long a recording would show it.
+    fn limit(&self, model: &NoiseModel, term: usize) -> Option<NoiseLimit> {
+        let mut limit = *model;
+        // The term itself adds to its own uncertainty.
+        for _ in 0..10 {
+            let variance = self.coefficient_variance(&limit, term)?;
+            let deviation = Some(variance.sqrt()).filter(|sd| sd.is_finite())?;
+            limit.0[term] = model.0[term] + ONE_SIDED * deviation;
+        }
+        let shows = |length: &usize| {
+            // Only the number of points counts: values are those of the model.
+            let first = (self.points[0].tau_s / self.period_s).round() as usize;
+            let octaves = (0..).map(|k| first << k);
+            let octaves = octaves.take_while(|m| (*m as f64) < 0.4 * *length as f64);
+            let planned =
+                octaves.map(|m| AllanVariance::new(m, self.period_s, f64::NAN, &[*length]));
+            let longer = Points {
+                points: &planned.collect::<Vec<_>>(),
+                has_edge: false,
+                ..*self
+            };
+            longer.freedom(&limit, term).is_some()
+        };
+        let lengths = (1..=MAX_DOUBLINGS).map(|k| self.longest << k);
+        Some(NoiseLimit {
+            at_most: Some(limit.0[term].sqrt()),
+            record_s: lengths
+                .into_iter()
+                .find(shows)
+                .map(|n| n as f64 * self.period_s),
+        })
+    }
+}
+
+/// Fits N, B and K to Allan variances in octaves; the longest segment has `longest` samples, `period_s`
+/// apart. `None` with fewer than two points, or if a variance is zero.
 ///
 /// A low-pass is seen if the first points contradict the model, or if e is not zero. The points that
 /// the model with e does not explain are then left out.
-pub fn fit_noise(points: &NoisePoints) -> Option<NoiseFit> {
-    let is_usable = |v: &f64| v.is_finite() && *v > 0.0;
-    if points.variance.len() < 2 || !points.variance.iter().all(is_usable) {
+pub fn fit_noise(points: &[AllanVariance], longest: usize, period_s: f64) -> Option<NoiseFit> {
+    let is_usable = |p: &AllanVariance| p.variance.is_finite() && p.variance > 0.0;
+    if points.len() < 2 || !points.iter().all(is_usable) {
         return None;
     }
-    let last = points.variance.len().saturating_sub(MIN_POINTS);
-    let agrees = |used: &NoisePoints, within: f64| {
-        used.reweighted().is_some_and(|model| {
-            let deviations = used.deviations(&model);
-            let mut tested = used.misfits(&model, &deviations).take(TESTED);
-            tested.all(|misfit| misfit.abs() < within)
-        })
+    let mut used = Points {
+        points,
+        period_s,
+        longest,
+        has_edge: false,
     };
-    let filtered = points.after(0, true);
+    let filtered = used.filtered(0);
     let is_filtered = filtered.reweighted().is_some_and(|model| {
-        let variance = filtered.square_variance(&model, None);
-        variance.is_some_and(|v| model.edge.abs() > SEEN * v.sqrt())
+        let variance = filtered.coefficient_variance(&model, EDGE);
+        variance.is_some_and(|v| model.0[EDGE].abs() > MIN_EDGE * v.sqrt())
     });
-    let used = if agrees(points, MAX_DEVIATION) && !is_filtered {
-        points.clone()
-    } else {
-        let first = (0..=last).find(|first| agrees(&points.after(*first, true), BEHIND));
-        points.after(first.map_or(last, |first| (first + MORE).min(last)), true)
-    };
+    if is_filtered || !used.agrees(MAX_DEVIATION) {
+        let last = points.len().saturating_sub(MIN_POINTS);
+        let mut firsts = 0..=last;
+        let first = firsts.find(|first| used.filtered(*first).agrees(MAX_DEVIATION_FILTERED));
+        used = used.filtered(first.map_or(last, |first| (first + MORE).min(last)));
+    }
     let model = used.reweighted()?;
     let deviations = used.deviations(&model);
-    let misfits = used.misfits(&model, &deviations).map(f64::abs).enumerate();
-    let worst = misfits.max_by(|a, b| a.1.total_cmp(&b.1))?;
-    let tau_s = used.tau_s[worst.0];
+    let misfits = used.points.iter().zip(used.misfits(&model, &deviations));
+    let (worst, misfit) = misfits.max_by(|a, b| a.1.abs().total_cmp(&b.1.abs()))?;
+    let ratio = worst.variance / model.variance(worst.tau_s);
     Some(NoiseFit {
-        from_s: used.tau_s[0],
-        misfit: (worst.1 > MAX_DEVIATION)
-            .then(|| (tau_s, used.variance[worst.0] / model.variance(tau_s))),
-        estimates: NoiseTerm::ALL.map(|term| used.estimate(&model, term)),
+        from_s: used.points[0].tau_s,
+        misfit: (misfit.abs() > MAX_DEVIATION).then_some((worst.tau_s, ratio)),
+        intervals: NoiseTerm::ALL.map(|term| used.interval(&model, term)),
         model,
     })
 }

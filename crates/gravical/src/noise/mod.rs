@@ -41,8 +41,8 @@ use std::ops::Range;
 use std::path::Path;
 
 use gravical_signal::{
-    AllanVariance, BLOCK_S, NoiseFit, NoiseModel, NoisePoints, TermEstimate, allan_variances,
-    block_len, chi_square_factors, find_slow, fit_noise,
+    AllanVariance, BLOCK_S, NoiseLimit, NoiseModel, allan_variances, block_len, fit_noise,
+    remove_trend,
 };
 
 use crate::Result;
@@ -127,15 +127,9 @@ pub fn noise_of(mut recording: Recording) -> Result<NoiseResult> {
         let segments = pieces.samples(&column);
         segment_count = segment_count.max(segments.len() as u64);
         let step = recording.units.resolution[i / 3][i % 3] / per_si;
-        let (channel, hidden) = noise_of_segments(CHANNELS[i], &segments, step, period_s);
-        if channel.adev.is_empty() {
-            let channel = channel.channel;
-            findings.push(RecordingCase::NoNeighbours { channel }.finding());
-            continue;
-        }
-        findings.extend(hidden);
-        findings.extend(channel_findings(&channel));
-        channels.push(channel);
+        let (channel, found) = noise_of_segments(CHANNELS[i], segments, step, period_s);
+        findings.extend(found);
+        channels.extend(Some(channel).filter(|channel| !channel.adev.is_empty()));
     }
     let rows_s = recording.rows() as f64 * period_s;
     let temperature = recording.temperature_c.as_deref();
@@ -169,7 +163,7 @@ pub fn noise_of(mut recording: Recording) -> Result<NoiseResult> {
 /// Samples must be finite; a name that begins with `g` is a gyroscope.
 #[doc(hidden)]
 pub fn noise_of_samples(channel: &str, samples: &[f64], period_s: f64, step: f64) -> ChannelNoise {
-    noise_of_segments(channel, &[samples.to_vec()], step, period_s).0
+    noise_of_segments(channel, vec![samples.to_vec()], step, period_s).0
 }
 
 /// The rows at rest that are used, and the sampling rate, Hz.
@@ -195,106 +189,141 @@ fn used_ranges(recording: &Recording) -> Result<(Vec<Range<usize>>, f64)> {
     Ok((ranges, rate_hz))
 }
 
-/// The result of one channel, of segments of samples in SI units, in steps of `step`; and that the
-/// steps hide the noise.
+/// The result of one channel, of segments of samples in SI units, in steps of `step`; and what is odd
+/// about it.
 fn noise_of_segments(
     name: &str,
-    segments: &[Vec<f64>],
+    mut segments: Vec<Vec<f64>>,
     step: f64,
     period_s: f64,
-) -> (ChannelNoise, Option<Finding>) {
-    let is_gyroscope = name.starts_with('g');
-    let unit = if is_gyroscope { "rad/s" } else { "m/s^2" };
-    let mut channel = ChannelNoise {
-        channel: name.to_owned(),
-        unit: unit.to_owned(),
-        ..ChannelNoise::default()
-    };
-    let rounding = Rounding::of(segments, step, period_s);
+) -> (ChannelNoise, Vec<Finding>) {
+    let rounding = Rounding::of(&segments, step, period_s);
+    let (trend, walks) = remove_trend(&mut segments);
     let longest = segments.iter().map(Vec::len).max().unwrap_or(0);
     let longest_s = longest as f64 * period_s;
-    let first = segments.iter().position(|s| s.len() == longest);
-    let slow = first.map_or_else(Default::default, |first| find_slow(&segments[first]));
-    let without_trend: Vec<Vec<f64>> = slow.trend.map_or_else(Vec::new, |trend| {
-        let without = |segment: &Vec<f64>| -> Vec<f64> {
-            let samples = segment.iter().enumerate();
-            samples
-                .map(|(k, value)| value - trend.at(k as f64))
-                .collect()
-        };
-        // The exponential has decayed to an unknown part in the others.
-        let kept = segments.iter().enumerate();
-        let kept = kept.filter(|(i, _)| trend.size == 0.0 || Some(*i) == first);
-        kept.map(|(_, segment)| without(segment)).collect()
-    });
-    let segments = if slow.trend.is_some() {
-        &without_trend[..]
-    } else {
-        segments
-    };
-    let lengths: Vec<usize> = segments.iter().map(Vec::len).collect();
-    let octaves = (0..).map(|octave| 1_usize << octave);
-    let octaves: Vec<usize> = octaves.take_while(|m| 2 * m <= longest).collect();
-    let mut variances = allan_variances(segments, &octaves);
-    variances.iter_mut().for_each(|v| rounding.take_off(v));
-    let points = NoisePoints::new(&variances, &lengths, period_s);
-    let fit = fit_noise(&points).filter(|_| !rounding.hides());
+    let mut variances = allan_variances(&segments, period_s);
+    for (octave, point) in variances.iter_mut().enumerate() {
+        rounding.subtract(point, 1 << octave);
+    }
+    let fit = fit_noise(&variances, longest, period_s).filter(|_| !rounding.hides());
     // Without a fit the distribution of the points has to be that of some noise.
-    let squares = fit
-        .as_ref()
-        .map_or(NoiseModel::WHITE.squares, |fit| fit.model.squares);
-    let model = NoiseModel { squares, edge: 0.0 };
-    let point = |(v, edf): (&AllanVariance, f64)| {
-        let sigma = v.variance.sqrt();
-        let [low, high] = chi_square_factors(edf).filter(|_| sigma.is_finite())?;
-        Some(AllanPoint {
-            tau_s: v.m as f64 * period_s,
-            sigma,
-            low: sigma * low,
-            high: sigma * high,
-            edf,
-        })
+    let model = fit.as_ref().map_or(NoiseModel::WHITE, |fit| fit.model);
+    let is_gyroscope = name.starts_with('g');
+    let mut result = ChannelNoise {
+        channel: name.to_owned(),
+        unit: if is_gyroscope { "rad/s" } else { "m/s^2" }.to_owned(),
+        adev: variances
+            .iter()
+            .filter_map(|v| AllanPoint::new(v, &model))
+            .collect(),
+        ..ChannelNoise::default()
     };
-    let freedom = points.degrees_of_freedom(&model);
-    channel.adev = variances.iter().zip(freedom).filter_map(point).collect();
-    let is_constant = variances.iter().all(|v| v.variance <= 0.0);
-    if rounding.hides() && !is_constant {
-        let unit = numfmt::unit(unit);
-        let most = rounding.most() * period_s.sqrt();
-        channel.not_observable = none_observable(&hidden(step, &unit), Some(most));
-        let channel_name = name.to_owned();
-        let case = Case::NoiseBelowResolution {
-            channel: channel_name,
-            step,
-            unit,
-        };
-        return (channel, Some(case.finding()));
-    }
+    let (channel, mut findings) = (name.to_owned(), Vec::new());
     let Some(fit) = fit else {
-        let reason = match is_constant {
-            true => "the values do not change: the noise is below the resolution",
-            false => "the values change too rarely for any averaging time to show noise",
+        let mut limit = NoiseLimit::default();
+        let reason = if result.adev.is_empty() {
+            findings.push(RecordingCase::NoNeighbours { channel }.finding());
+            String::new()
+        } else if variances.iter().all(|v| v.variance <= 0.0) {
+            "the values do not change: the noise is below the resolution".to_owned()
+        } else if rounding.hides() {
+            let unit = numfmt::unit(&result.unit);
+            limit.at_most = Some(rounding.most() * period_s.sqrt());
+            let reason = hidden(step, &unit);
+            findings.push(
+                Case::NoiseBelowResolution {
+                    channel,
+                    step,
+                    unit,
+                }
+                .finding(),
+            );
+            reason
+        } else {
+            "the values change too rarely for any averaging time to show noise".to_owned()
         };
-        channel.not_observable = none_observable(reason, None);
-        return (channel, None);
+        for term in Term::ALL {
+            let missing = NotObservable::new(term, reason.clone(), std::mem::take(&mut limit));
+            result.not_observable.push(missing);
+        }
+        return (result, findings);
     };
-    take_estimates(&mut channel, &fit, longest_s, slow.walks);
-    if let Some(n) = &mut channel.n {
-        let off = rounding.off();
-        (n.low, n.high) = (n.low * (1.0 - off), n.high * (1.0 + off));
+    let [n, b, k, edge] = model.0;
+    let terms = Term::ALL.into_iter().zip([n, b, k].map(f64::sqrt));
+    let places = [&mut result.n, &mut result.b, &mut result.k];
+    for (((term, value), place), interval) in terms.zip(places).zip(fit.intervals) {
+        let off = if term == Term::N { rounding.off() } else { 0.0 };
+        let what = format!("not observable in {}", duration_text(longest_s));
+        let (reason, limit) = match interval {
+            Ok([_, high]) if term == Term::K && !walks => {
+                let at_most = Some(value * high);
+                (
+                    format!("{what}: {LIKE_A_TREND}"),
+                    NoiseLimit {
+                        at_most,
+                        record_s: None,
+                    },
+                )
+            }
+            Ok([low, high]) => {
+                let (low, high) = (value * low * (1.0 - off), value * high * (1.0 + off));
+                *place = Some(Estimate { value, low, high });
+                continue;
+            }
+            Err(limit) if term == Term::N && edge != 0.0 => (
+                HIDDEN_N.to_owned(),
+                NoiseLimit {
+                    record_s: None,
+                    ..limit
+                },
+            ),
+            Err(limit) => match limit.record_s {
+                Some(s) => (
+                    format!("{what}: record at least {}", duration_text(s)),
+                    limit,
+                ),
+                None => (format!("{what}, nor in a thousand times that"), limit),
+            },
+        };
+        result
+            .not_observable
+            .push(NotObservable::new(term, reason, limit));
     }
-    let drift = slow.trend.map(|trend| Drift {
+    let misfit = fit.misfit.map(|(tau_s, ratio)| Misfit { tau_s, ratio });
+    if let Some(Misfit { tau_s, ratio }) = misfit {
+        let channel = channel.clone();
+        findings.push(
+            Case::NoiseMisfit {
+                channel,
+                tau_s,
+                ratio,
+            }
+            .finding(),
+        );
+    }
+    let drift = trend.map(|trend| Drift {
         change: trend.at(longest as f64) - trend.at(0.0),
         during_s: longest_s,
         time_constant_s: Some(trend.constant * period_s).filter(|s| s.is_finite()),
     });
-    channel.fit = Some(FittedCurve {
+    if let Some(drift) = drift {
+        let unit = Unit::of(Term::B, is_gyroscope);
+        let case = Case::NoiseDrift {
+            channel,
+            change: unit.factor * drift.change,
+            unit: unit.name,
+            during_s: drift.during_s,
+            constant_s: drift.time_constant_s,
+        };
+        findings.push(case.finding());
+    }
+    result.fit = Some(FittedCurve {
         from_s: fit.from_s,
-        parameters: model.squares.map(f64::sqrt),
+        parameters: [n, b, k].map(f64::sqrt),
         drift,
-        misfit: fit.misfit.map(|(tau_s, ratio)| Misfit { tau_s, ratio }),
+        misfit,
     });
-    (channel, None)
+    (result, findings)
 }
 
 /// What rounding to steps does to noise. Its errors are white with a variance of q²/12 where the noise
@@ -323,12 +352,12 @@ impl Rounding {
         (MIN_OF_RESOLUTION * self.step).hypot(rounding::floor(self.step).sqrt())
     }
 
-    /// Takes it off, at most its share: an Allan variance of few degrees of freedom stays above zero.
-    fn take_off(&self, point: &mut AllanVariance) {
+    /// Takes it off over `m` samples, at most its share: an Allan variance of few degrees of freedom stays above zero.
+    fn subtract(&self, point: &mut AllanVariance, m: usize) {
         let rounding = rounding::floor(self.step);
         if rounding > 0.0 && !self.hides() {
             let share = rounding / (rounding + self.before);
-            point.variance -= (rounding / point.m as f64).min(share * point.variance);
+            point.variance -= (rounding / m as f64).min(share * point.variance);
         }
     }
 
@@ -336,85 +365,12 @@ impl Rounding {
     /// with the noise, 4 exp(−2π²s²), and of their variance, over s², for the worst level between two
     /// steps. s itself is too large by that.
     fn off(&self) -> f64 {
-        if self.step <= 0.0 {
-            return 0.0;
-        }
         let seen = self.before.sqrt() / self.step;
-        let off = |s: f64| {
-            let square = (PI * s).powi(2);
-            0.5 * (-2.0 * square).exp() * (4.0 + 1.0 / square)
-        };
-        (0..8).fold(0.0, |last: f64, _| off(seen / (1.0 + last)).min(1.0))
+        (0..8).fold(0.0, |off: f64, _| {
+            let square = (PI * seen / (1.0 + off)).powi(2);
+            (0.5 * (-2.0 * square).exp() * (4.0 + 1.0 / square)).min(1.0)
+        })
     }
-}
-
-fn take_estimates(channel: &mut ChannelNoise, fit: &NoiseFit, longest_s: f64, walks: bool) {
-    let is_filtered = fit.model.edge != 0.0;
-    let places = [&mut channel.n, &mut channel.b, &mut channel.k];
-    for ((term, place), estimate) in Term::ALL.into_iter().zip(places).zip(fit.estimates) {
-        let what = format!("not observable in {}", duration_text(longest_s));
-        let (at_most, record_s, reason) = match estimate {
-            TermEstimate::Known { high, .. } if term == Term::K && !walks => {
-                (Some(high), None, format!("{what}: {LIKE_A_TREND}"))
-            }
-            TermEstimate::Known { value, low, high } => {
-                *place = Some(Estimate { value, low, high });
-                continue;
-            }
-            TermEstimate::Unknown { at_most, .. } if term == Term::N && is_filtered => {
-                (at_most, None, HIDDEN_N.to_owned())
-            }
-            TermEstimate::Unknown { at_most, record_s } => {
-                let reason = match record_s {
-                    Some(s) => format!("{what}: record at least {}", duration_text(s)),
-                    None => format!("{what}, nor in a thousand times that"),
-                };
-                (at_most, record_s, reason)
-            }
-        };
-        channel.not_observable.push(NotObservable {
-            term: term.symbol().to_owned(),
-            reason,
-            at_most,
-            record_s,
-        });
-    }
-}
-
-/// All terms, for one reason; `n_at_most` limits N.
-fn none_observable(reason: &str, n_at_most: Option<f64>) -> Vec<NotObservable> {
-    let missing = |term: Term| NotObservable {
-        term: term.symbol().to_owned(),
-        reason: reason.to_owned(),
-        at_most: n_at_most.filter(|_| term == Term::N),
-        record_s: None,
-    };
-    Term::ALL.map(missing).into()
-}
-
-/// What is odd about the fit of a channel.
-fn channel_findings(channel: &ChannelNoise) -> Vec<Finding> {
-    let (name, mut findings) = (&channel.channel, Vec::new());
-    if let Some(misfit) = channel.fit.and_then(|fit| fit.misfit) {
-        let case = Case::NoiseMisfit {
-            channel: name.clone(),
-            tau_s: misfit.tau_s,
-            ratio: misfit.ratio,
-        };
-        findings.push(case.finding());
-    }
-    if let Some(drift) = channel.fit.and_then(|fit| fit.drift) {
-        let unit = Unit::of(Term::B, channel.is_gyroscope());
-        let case = Case::NoiseDrift {
-            channel: name.clone(),
-            change: unit.factor * drift.change,
-            unit: unit.name,
-            during_s: drift.during_s,
-            constant_s: drift.time_constant_s,
-        };
-        findings.push(case.finding());
-    }
-    findings
 }
 
 /// That the sensor moved, where it was not at rest all the time.

@@ -3,6 +3,7 @@
 use std::path::Path;
 
 use gravical_core::unit::STANDARD_GRAVITY_MPS2;
+use gravical_signal::{AllanVariance, NoiseLimit, NoiseModel, chi_square_factors};
 use serde::{Deserialize, Serialize};
 
 use super::Term;
@@ -103,11 +104,7 @@ pub struct ChannelNoise {
 impl ChannelNoise {
     /// The estimate of a term.
     pub fn estimate(&self, term: Term) -> Option<&Estimate> {
-        match term {
-            Term::N => self.n.as_ref(),
-            Term::B => self.b.as_ref(),
-            Term::K => self.k.as_ref(),
-        }
+        [&self.n, &self.b, &self.k][term as usize].as_ref()
     }
 
     /// Why a term is not observable.
@@ -135,6 +132,22 @@ pub struct AllanPoint {
     pub high: f64,
     /// Equivalent degrees of freedom of its square.
     pub edf: f64,
+}
+
+impl AllanPoint {
+    /// Distributed as under a model; `None` without any degrees of freedom.
+    pub(super) fn new(point: &AllanVariance, model: &NoiseModel) -> Option<Self> {
+        let sigma = point.variance.sqrt();
+        let edf = point.degrees_of_freedom(model);
+        let [low, high] = chi_square_factors(edf).filter(|_| sigma.is_finite())?;
+        Some(AllanPoint {
+            tau_s: point.tau_s,
+            sigma,
+            low: sigma * low,
+            high: sigma * high,
+            edf,
+        })
+    }
 }
 
 /// Parameters of the fitted curve; zero for a term that is not part of it.
@@ -176,11 +189,8 @@ pub struct Misfit {
 impl FittedCurve {
     /// Allan deviation at an averaging time.
     pub fn deviation(&self, tau_s: f64) -> f64 {
-        let terms = Term::ALL.iter().zip(self.parameters);
-        terms
-            .map(|(term, x)| x * x * term.shape(tau_s))
-            .sum::<f64>()
-            .sqrt()
+        let [n, b, k] = self.parameters.map(|x| x * x);
+        NoiseModel([n, b, k, 0.0]).variance(tau_s).sqrt()
     }
 }
 
@@ -209,6 +219,17 @@ pub struct NotObservable {
     /// Length of a recording that would show a term as large as the limit, s; null if even a
     /// thousand times the length would not.
     pub record_s: Option<f64>,
+}
+
+impl NotObservable {
+    pub(super) fn new(term: Term, reason: String, limit: NoiseLimit) -> Self {
+        NotObservable {
+            term: term.symbol().to_owned(),
+            reason,
+            at_most: limit.at_most,
+            record_s: limit.record_s,
+        }
+    }
 }
 
 /// The unit in which a parameter is printed.
