@@ -71,54 +71,45 @@ pub struct NoiseLimit {
     pub record_s: Option<f64>,
 }
 
-/// Points that are fitted together.
+/// Points and a model of them.
 #[derive(Clone, Copy)]
-struct Points<'a> {
+struct Fit<'a> {
     points: &'a [AllanVariance],
-    period_s: f64,
-    /// Length of the longest segment, samples
-    longest: usize,
-    /// Fitted with the ends of a low-pass
-    has_edge: bool,
+    model: NoiseModel,
 }
 
-impl<'a> Points<'a> {
-    fn filtered(&self, first: usize) -> Self {
-        Points {
-            points: &self.points[first..],
-            has_edge: true,
-            ..*self
-        }
-    }
-
-    /// Covariance under a model.
-    fn covariance(&self, model: &NoiseModel) -> DMatrix<f64> {
-        DMatrix::from_fn(self.points.len(), self.points.len(), |i, j| {
-            let (a, b) = (&self.points[i], &self.points[j]);
-            let octaves = (a.tau_s / b.tau_s).log2().abs();
-            a.deviation(model, octaves) * b.deviation(model, octaves)
+impl<'a> Fit<'a> {
+    /// The best model, with the ends of a low-pass or without.
+    fn new(points: &'a [AllanVariance], has_edge: bool) -> Option<Self> {
+        let model = NoiseModel::WHITE;
+        let white = Fit { points, model };
+        let relative = points.iter().zip(white.deviations());
+        let first = relative.map(|(p, sd)| sd / model.variance(p.tau_s) * p.variance);
+        let first = white.non_negative(&first.collect::<Vec<f64>>(), has_edge)?;
+        (0..REWEIGHTINGS).try_fold(first, |fit, _| {
+            fit.non_negative(&fit.deviations(), has_edge)
         })
     }
 
-    /// Standard deviations under a model, its own error included.
-    fn deviations(&self, model: &NoiseModel) -> Vec<f64> {
-        let points = self.points.iter().map(|p| {
-            let by_chance = p.deviation(model, 0.0);
-            by_chance.hypot(MODEL_ERROR * model.variance(p.tau_s))
+    /// The best of all models without a negative square.
+    fn non_negative(&self, deviations: &[f64], has_edge: bool) -> Option<Self> {
+        let variances = self.points.iter().map(|p| p.variance);
+        let variances = DVector::from_iterator(self.points.len(), variances);
+        let fits = (1..8_usize).filter_map(|terms| {
+            let is_fitted = |c: &usize| (terms | usize::from(has_edge) << EDGE) >> c & 1 == 1;
+            let columns: Vec<usize> = (0..=EDGE).filter(is_fitted).collect();
+            let solved = self.solver(deviations, &columns)? * &variances;
+            let mut model = NoiseModel::default();
+            columns
+                .iter()
+                .zip(&solved)
+                .for_each(|(c, x)| model.0[*c] = *x);
+            let fit = Fit { model, ..*self };
+            let misfit: f64 = fit.misfits(deviations).iter().map(|x| x * x).sum();
+            let is_possible = model.0[..EDGE].iter().all(|square| *square >= 0.0);
+            is_possible.then_some((misfit, fit))
         });
-        points.collect()
-    }
-
-    /// The terms for which it holds, and e where it is fitted.
-    fn columns(&self, is_fitted: impl Fn(usize) -> bool) -> Vec<usize> {
-        let is_column = |c: &usize| {
-            if *c == EDGE {
-                self.has_edge
-            } else {
-                is_fitted(*c)
-            }
-        };
-        (0..=EDGE).filter(is_column).collect()
+        fits.min_by(|a, b| a.0.total_cmp(&b.0)).map(|best| best.1)
     }
 
     /// The matrix that makes these coefficients of the variances, by least squares.
@@ -137,118 +128,84 @@ impl<'a> Points<'a> {
         scaled.iter().all(|x| x.is_finite()).then_some(scaled)
     }
 
-    /// The best of all models without a negative square.
-    fn non_negative(&self, deviations: &[f64]) -> Option<NoiseModel> {
-        let variances: Vec<f64> = self.points.iter().map(|p| p.variance).collect();
-        let variances = DVector::from_vec(variances);
-        let solved = (1..8_u32).filter_map(|bits| {
-            let columns = self.columns(|c| bits >> c & 1 == 1);
-            let solved = self.solver(deviations, &columns)? * &variances;
-            let mut model = NoiseModel::default();
-            columns
-                .iter()
-                .zip(&solved)
-                .for_each(|(c, x)| model.0[*c] = *x);
-            let misfit: f64 = self.misfits(&model, deviations).map(|d| d * d).sum();
-            let is_possible = columns.iter().all(|c| *c == EDGE || model.0[*c] > 0.0);
-            is_possible.then_some((misfit, model))
-        });
-        solved.min_by(|a, b| a.0.total_cmp(&b.0)).map(|best| best.1)
+    /// Standard deviations of the points, the error of the model included.
+    fn deviations(&self) -> Vec<f64> {
+        let deviation = |p: &AllanVariance| {
+            let by_chance = p.deviation(&self.model, 0.0);
+            by_chance.hypot(MODEL_ERROR * self.model.variance(p.tau_s))
+        };
+        self.points.iter().map(deviation).collect()
     }
 
-    /// Deviations of the points from a model, in standard deviations.
-    fn misfits(&self, model: &NoiseModel, deviations: &[f64]) -> impl Iterator<Item = f64> {
+    /// Deviations of the points from the model, in standard deviations.
+    fn misfits(&self, deviations: &[f64]) -> Vec<f64> {
         let points = self.points.iter().zip(deviations);
-        points.map(|(p, sd)| (p.variance - model.variance(p.tau_s)) / sd)
-    }
-
-    fn reweighted(&self) -> Option<NoiseModel> {
-        let white = self.deviations(&NoiseModel::WHITE);
-        let first = self.points.iter().zip(white);
-        let first = first.map(|(p, sd)| sd / NoiseModel::WHITE.variance(p.tau_s) * p.variance);
-        let model = self.non_negative(&first.collect::<Vec<f64>>())?;
-        (0..REWEIGHTINGS).try_fold(model, |model, _| {
-            self.non_negative(&self.deviations(&model))
-        })
+        let misfits = points.map(|(p, sd)| (p.variance - self.model.variance(p.tau_s)) / sd);
+        misfits.collect()
     }
 
     /// True if the points at the short end agree with the model.
     fn agrees(&self, within: f64) -> bool {
-        self.reweighted().is_some_and(|model| {
-            let deviations = self.deviations(&model);
-            let mut tested = self.misfits(&model, &deviations).take(TESTED);
-            tested.all(|misfit| misfit.abs() < within)
-        })
+        let misfits = self.misfits(&self.deviations());
+        misfits.iter().take(TESTED).all(|x| x.abs() < within)
     }
 
-    /// Variance of a coefficient in a fit of it and all terms of the model.
-    fn coefficient_variance(&self, model: &NoiseModel, column: usize) -> Option<f64> {
-        let columns = self.columns(|c| c == column || model.0[c] > 0.0);
-        let solver = self.solver(&self.deviations(model), &columns)?;
+    /// Variance of a coefficient in a fit of it and all that are part of the model.
+    fn coefficient_variance(&self, column: usize) -> Option<f64> {
+        let is_fitted = |c: &usize| *c == column || self.model.0[*c] != 0.0;
+        let columns: Vec<usize> = (0..=EDGE).filter(is_fitted).collect();
+        let solver = self.solver(&self.deviations(), &columns)?;
         let row = solver.row(columns.iter().position(|c| *c == column)?);
-        Some((row * self.covariance(model) * row.transpose())[(0, 0)])
+        let covariance = DMatrix::from_fn(row.len(), row.len(), |i, j| {
+            let (a, b) = (&self.points[i], &self.points[j]);
+            let octaves = (a.tau_s / b.tau_s).log2().abs();
+            a.deviation(&self.model, octaves) * b.deviation(&self.model, octaves)
+        });
+        Some((row * covariance * row.transpose())[(0, 0)])
+    }
+
+    /// Degrees of freedom of a coefficient that is observable.
+    fn freedom(&self, column: usize) -> Option<f64> {
+        let variance = self.coefficient_variance(column)?;
+        Some(2.0 * self.model.0[column].powi(2) / variance).filter(|n| *n >= MIN_FREEDOM)
     }
 
     /// True where the slope of the Allan deviation shows the term.
-    fn shows(&self, model: &NoiseModel, term: NoiseTerm) -> bool {
+    fn shows(&self, term: NoiseTerm, longest_s: f64) -> bool {
         let is_white = |p: &AllanVariance| {
-            let [white, b, k, edge] = model.parts(p.tau_s);
+            let [white, b, k, edge] = self.model.parts(p.tau_s);
             (b + k + edge).abs().max(edge.abs()) < MAX_ELSE * white
         };
+        let [n, b, k, _] = self.model.parts(WALK_FROM * longest_s);
         match term {
-            NoiseTerm::N => !self.has_edge || self.points.iter().any(is_white),
+            NoiseTerm::N => self.model.0[EDGE] == 0.0 || self.points.iter().any(is_white),
             NoiseTerm::B => true,
-            NoiseTerm::K => {
-                let [n, b, k, _] = model.parts(WALK_FROM * self.longest as f64 * self.period_s);
-                k > n + b
-            }
+            NoiseTerm::K => k > n + b,
         }
-    }
-
-    /// Degrees of freedom of the square of a term.
-    fn freedom(&self, model: &NoiseModel, term: usize) -> Option<f64> {
-        let variance = self.coefficient_variance(model, term)?;
-        Some(2.0 * model.0[term].powi(2) / variance).filter(|n| *n >= MIN_FREEDOM)
-    }
-
-    /// Ends of the interval over the estimate, or the limit of a term that is not observable.
-    fn interval(&self, model: &NoiseModel, term: NoiseTerm) -> Result<[f64; 2], NoiseLimit> {
-        let freedom = self.freedom(model, term as usize);
-        let freedom = freedom.filter(|_| self.shows(model, term));
-        let interval = freedom.and_then(chi_square_factors);
-        interval.ok_or_else(|| self.limit(model, term as usize).unwrap_or_default())
     }
 
     /// Upper limit of a term that is not observable, and how long a recording would show it.
-    fn limit(&self, model: &NoiseModel, term: usize) -> Option<NoiseLimit> {
-        let mut limit = *model;
+    fn limit(&self, term: usize, period_s: f64, longest: usize) -> Option<NoiseLimit> {
+        let mut limit = *self;
         // The term itself adds to its own uncertainty.
         for _ in 0..10 {
-            let variance = self.coefficient_variance(&limit, term)?;
-            let deviation = Some(variance.sqrt()).filter(|sd| sd.is_finite())?;
-            limit.0[term] = model.0[term] + ONE_SIDED * deviation;
+            let deviation = Some(limit.coefficient_variance(term)?.sqrt());
+            let deviation = deviation.filter(|sd| sd.is_finite())?;
+            limit.model.0[term] = self.model.0[term] + ONE_SIDED * deviation;
         }
         let shows = |length: &usize| {
-            // Only the number of points counts: values are those of the model.
-            let first = (self.points[0].tau_s / self.period_s).round() as usize;
+            let first = (self.points[0].tau_s / period_s).round() as usize;
             let octaves = (0..).map(|k| first << k);
             let octaves = octaves.take_while(|m| (*m as f64) < 0.4 * *length as f64);
-            let planned =
-                octaves.map(|m| AllanVariance::new(m, self.period_s, f64::NAN, &[*length]));
-            let longer = Points {
-                points: &planned.collect::<Vec<_>>(),
-                has_edge: false,
-                ..*self
-            };
-            longer.freedom(&limit, term).is_some()
+            // Only their number counts: values are those of the model.
+            let planned = octaves.map(|m| AllanVariance::new(m, period_s, f64::NAN, &[*length]));
+            let points = &planned.collect::<Vec<_>>();
+            Fit { points, ..limit }.freedom(term).is_some()
         };
-        let lengths = (1..=MAX_DOUBLINGS).map(|k| self.longest << k);
+        let mut lengths = (1..=MAX_DOUBLINGS).map(|k| longest << k);
         Some(NoiseLimit {
-            at_most: Some(limit.0[term].sqrt()),
-            record_s: lengths
-                .into_iter()
-                .find(shows)
-                .map(|n| n as f64 * self.period_s),
+            at_most: Some(limit.model.0[term].sqrt()),
+            record_s: lengths.find(shows).map(|n| n as f64 * period_s),
         })
     }
 }
@@ -263,33 +220,33 @@ pub fn fit_noise(points: &[AllanVariance], longest: usize, period_s: f64) -> Opt
     if points.len() < 2 || !points.iter().all(is_usable) {
         return None;
     }
-    let mut used = Points {
-        points,
-        period_s,
-        longest,
-        has_edge: false,
-    };
-    let filtered = used.filtered(0);
-    let is_filtered = filtered.reweighted().is_some_and(|model| {
-        let variance = filtered.coefficient_variance(&model, EDGE);
-        variance.is_some_and(|v| model.0[EDGE].abs() > MIN_EDGE * v.sqrt())
+    let is_filtered = Fit::new(points, true).is_some_and(|fit| {
+        let variance = fit.coefficient_variance(EDGE);
+        variance.is_some_and(|v| fit.model.0[EDGE].abs() > MIN_EDGE * v.sqrt())
     });
-    if is_filtered || !used.agrees(MAX_DEVIATION) {
+    let plain = Fit::new(points, false).filter(|fit| !is_filtered && fit.agrees(MAX_DEVIATION));
+    let fit = plain.or_else(|| {
         let last = points.len().saturating_sub(MIN_POINTS);
-        let mut firsts = 0..=last;
-        let first = firsts.find(|first| used.filtered(*first).agrees(MAX_DEVIATION_FILTERED));
-        used = used.filtered(first.map_or(last, |first| (first + MORE).min(last)));
-    }
-    let model = used.reweighted()?;
-    let deviations = used.deviations(&model);
-    let misfits = used.points.iter().zip(used.misfits(&model, &deviations));
+        let filtered = |first: usize| Fit::new(&points[first..], true);
+        let agrees =
+            |first: &usize| filtered(*first).is_some_and(|fit| fit.agrees(MAX_DEVIATION_FILTERED));
+        let first = (0..=last).find(agrees);
+        filtered(first.map_or(last, |first| (first + MORE).min(last)))
+    })?;
+    let misfits = fit.points.iter().zip(fit.misfits(&fit.deviations()));
     let (worst, misfit) = misfits.max_by(|a, b| a.1.abs().total_cmp(&b.1.abs()))?;
-    let ratio = worst.variance / model.variance(worst.tau_s);
+    let ratio = worst.variance / fit.model.variance(worst.tau_s);
+    let interval = |term: NoiseTerm| {
+        let shown = Some(term as usize).filter(|_| fit.shows(term, longest as f64 * period_s));
+        let interval = shown.and_then(|term| chi_square_factors(fit.freedom(term)?));
+        let limit = || fit.limit(term as usize, period_s, longest);
+        interval.ok_or_else(|| limit().unwrap_or_default())
+    };
     Some(NoiseFit {
-        from_s: used.points[0].tau_s,
+        model: fit.model,
+        from_s: fit.points[0].tau_s,
         misfit: (misfit.abs() > MAX_DEVIATION).then_some((worst.tau_s, ratio)),
-        intervals: NoiseTerm::ALL.map(|term| used.interval(&model, term)),
-        model,
+        intervals: NoiseTerm::ALL.map(interval),
     })
 }
 

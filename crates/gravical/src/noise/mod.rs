@@ -4,13 +4,8 @@
 //!
 //! [`noise`] reads a recording of a sensor that lies still and returns for each channel the
 //! overlapping Allan deviation with its 95 % intervals, the noise density N, the bias instability B
-//! and the random walk K with theirs, or why the recording does not determine them.
-//!
-//! - `series`: rows to samples; the static intervals of [`crate::poses`], gaps.
-//! - `gravical_signal`: Allan variances, the fit of the model.
-//! - `result`: what is written.
-//!
-//! Everything is in SI units, converted by the nominal scale: 3 % of scale error are 3 % of N.
+//! and the random walk K with theirs, or why the recording does not determine them. Everything is in
+//! SI units, converted by the nominal scale: 3 % of scale error are 3 % of N.
 //!
 //! It fails where noise is not what the model says: vibration of the place and drift with
 //! temperature look like noise of the sensor. Neither can be removed afterwards.
@@ -19,14 +14,10 @@
 //!
 //! ```
 //! use gravical::noise::noise_of_samples;
-//! # let mut state = 1_u64;
-//! # let mut uniform = move || {
-//! #     state = state.wrapping_mul(6364136223846793005).wrapping_add(1442695040888963407);
-//! #     (state >> 11) as f64 / (1_u64 << 53) as f64 - 0.5
-//! # };
 //!
 //! // White noise of standard deviation 0.0289 at 100 Hz: N = 0.00289.
-//! let samples: Vec<f64> = (0..50_000).map(|_| 0.1 * uniform()).collect();
+//! let uniform = |i: u32| (f64::from(i).sin() * 43_758.545_3).rem_euclid(1.0);
+//! let samples: Vec<f64> = (0..50_000).map(|i| 0.1 * uniform(i)).collect();
 //! let channel = noise_of_samples("ax", &samples, 0.01, 0.0);
 //! let n = channel.n.unwrap();
 //! assert!(n.low < 0.00289 && 0.00289 < n.high);
@@ -41,8 +32,8 @@ use std::ops::Range;
 use std::path::Path;
 
 use gravical_signal::{
-    AllanVariance, BLOCK_S, NoiseLimit, NoiseModel, allan_variances, block_len, fit_noise,
-    remove_trend,
+    AllanVariance, BLOCK_S, NoiseFit, NoiseLimit, NoiseModel, allan_variances, block_len,
+    fit_noise, remove_trend,
 };
 
 use crate::Result;
@@ -127,9 +118,14 @@ pub fn noise_of(mut recording: Recording) -> Result<NoiseResult> {
         let segments = pieces.samples(&column);
         segment_count = segment_count.max(segments.len() as u64);
         let step = recording.units.resolution[i / 3][i % 3] / per_si;
-        let (channel, found) = noise_of_segments(CHANNELS[i], segments, step, period_s);
-        findings.extend(found);
-        channels.extend(Some(channel).filter(|channel| !channel.adev.is_empty()));
+        let (noise, found) = noise_of_segments(CHANNELS[i], segments, step, period_s);
+        if noise.adev.is_empty() {
+            let channel = noise.channel;
+            findings.push(RecordingCase::NoNeighbours { channel }.finding());
+        } else {
+            findings.extend(found);
+            channels.push(noise);
+        }
     }
     let rows_s = recording.rows() as f64 * period_s;
     let temperature = recording.temperature_c.as_deref();
@@ -177,10 +173,9 @@ fn used_ranges(recording: &Recording) -> Result<(Vec<Range<usize>>, f64)> {
     let longest = ranges.iter().map(Range::len).max().unwrap_or(0);
     let longest_s = longest as f64 / rate_hz;
     if longest_s < MIN_DURATION_S {
+        let why = why_never_static(recording);
         let problem = match longest {
-            0 => Problem::NeverAtRest {
-                why: why_never_static(recording),
-            },
+            0 => Problem::NeverAtRest { why },
             _ => Problem::ShortRest { longest_s },
         };
         return Err(problem.error().at(here, None));
@@ -200,130 +195,93 @@ fn noise_of_segments(
     let rounding = Rounding::of(&segments, step, period_s);
     let (trend, walks) = remove_trend(&mut segments);
     let longest = segments.iter().map(Vec::len).max().unwrap_or(0);
-    let longest_s = longest as f64 * period_s;
     let mut variances = allan_variances(&segments, period_s);
-    for (octave, point) in variances.iter_mut().enumerate() {
-        rounding.subtract(point, 1 << octave);
-    }
+    rounding.subtract(&mut variances);
     let fit = fit_noise(&variances, longest, period_s).filter(|_| !rounding.hides());
     // Without a fit the distribution of the points has to be that of some noise.
     let model = fit.as_ref().map_or(NoiseModel::WHITE, |fit| fit.model);
-    let is_gyroscope = name.starts_with('g');
-    let mut result = ChannelNoise {
+    let adev = variances.iter().filter_map(|v| AllanPoint::new(v, &model));
+    let unit = if name.starts_with('g') {
+        "rad/s"
+    } else {
+        "m/s^2"
+    };
+    let mut noise = ChannelNoise {
         channel: name.to_owned(),
-        unit: if is_gyroscope { "rad/s" } else { "m/s^2" }.to_owned(),
-        adev: variances
-            .iter()
-            .filter_map(|v| AllanPoint::new(v, &model))
-            .collect(),
+        unit: unit.to_owned(),
+        adev: adev.collect(),
         ..ChannelNoise::default()
     };
-    let (channel, mut findings) = (name.to_owned(), Vec::new());
-    let Some(fit) = fit else {
-        let mut limit = NoiseLimit::default();
-        let reason = if result.adev.is_empty() {
-            findings.push(RecordingCase::NoNeighbours { channel }.finding());
-            String::new()
-        } else if variances.iter().all(|v| v.variance <= 0.0) {
+    let mut findings = Vec::new();
+    if let Some(fit) = fit {
+        let during_s = longest as f64 * period_s;
+        noise.take_estimates(&fit, during_s, walks, rounding.off());
+        let drift = trend.map(|trend| Drift {
+            change: trend.at(longest as f64) - trend.at(0.0),
+            during_s,
+            time_constant_s: Some(trend.constant * period_s).filter(|s| s.is_finite()),
+        });
+        let curve = FittedCurve::new(&fit, drift);
+        noise.fit = Some(curve);
+        findings.extend(curve.findings(name));
+    } else {
+        let is_constant = variances.iter().all(|v| v.variance <= 0.0);
+        let mut at_most = None;
+        let reason = if is_constant {
             "the values do not change: the noise is below the resolution".to_owned()
         } else if rounding.hides() {
-            let unit = numfmt::unit(&result.unit);
-            limit.at_most = Some(rounding.most() * period_s.sqrt());
+            let (channel, unit) = (name.to_owned(), numfmt::unit(unit));
+            at_most = Some(rounding.most() * period_s.sqrt());
             let reason = hidden(step, &unit);
-            findings.push(
-                Case::NoiseBelowResolution {
-                    channel,
-                    step,
-                    unit,
-                }
-                .finding(),
-            );
+            let case = Case::NoiseBelowResolution {
+                channel,
+                step,
+                unit,
+            };
+            findings.push(case.finding());
             reason
         } else {
             "the values change too rarely for any averaging time to show noise".to_owned()
         };
         for term in Term::ALL {
-            let missing = NotObservable::new(term, reason.clone(), std::mem::take(&mut limit));
-            result.not_observable.push(missing);
+            // The limit is that of N.
+            noise.leave_out(term, reason.clone(), at_most.take(), None);
         }
-        return (result, findings);
-    };
-    let [n, b, k, edge] = model.0;
-    let terms = Term::ALL.into_iter().zip([n, b, k].map(f64::sqrt));
-    let places = [&mut result.n, &mut result.b, &mut result.k];
-    for (((term, value), place), interval) in terms.zip(places).zip(fit.intervals) {
-        let off = if term == Term::N { rounding.off() } else { 0.0 };
+    }
+    (noise, findings)
+}
+
+impl ChannelNoise {
+    /// The estimates of a fit to `longest_s`; N may be off by so much more than its interval, relative.
+    fn take_estimates(&mut self, fit: &NoiseFit, longest_s: f64, walks: bool, n_off: f64) {
+        let [n, b, k, edge] = fit.model.0;
         let what = format!("not observable in {}", duration_text(longest_s));
-        let (reason, limit) = match interval {
-            Ok([_, high]) if term == Term::K && !walks => {
-                let at_most = Some(value * high);
-                (
-                    format!("{what}: {LIKE_A_TREND}"),
-                    NoiseLimit {
-                        at_most,
-                        record_s: None,
-                    },
-                )
+        for ((term, square), interval) in Term::ALL.into_iter().zip([n, b, k]).zip(fit.intervals) {
+            let value = square.sqrt();
+            match interval {
+                Ok([_, high]) if term == Term::K && !walks => {
+                    let reason = format!("{what}: {LIKE_A_TREND}");
+                    self.leave_out(term, reason, Some(value * high), None);
+                }
+                Ok([low, high]) => {
+                    let off = if term == Term::N { n_off } else { 0.0 };
+                    let (low, high) = (value * low * (1.0 - off), value * high * (1.0 + off));
+                    let place = [&mut self.n, &mut self.b, &mut self.k];
+                    *place[term as usize] = Some(Estimate { value, low, high });
+                }
+                Err(limit) if term == Term::N && edge != 0.0 => {
+                    self.leave_out(term, HIDDEN_N.to_owned(), limit.at_most, None);
+                }
+                Err(NoiseLimit { at_most, record_s }) => {
+                    let reason = match record_s {
+                        Some(s) => format!("{what}: record at least {}", duration_text(s)),
+                        None => format!("{what}, nor in a thousand times that"),
+                    };
+                    self.leave_out(term, reason, at_most, record_s);
+                }
             }
-            Ok([low, high]) => {
-                let (low, high) = (value * low * (1.0 - off), value * high * (1.0 + off));
-                *place = Some(Estimate { value, low, high });
-                continue;
-            }
-            Err(limit) if term == Term::N && edge != 0.0 => (
-                HIDDEN_N.to_owned(),
-                NoiseLimit {
-                    record_s: None,
-                    ..limit
-                },
-            ),
-            Err(limit) => match limit.record_s {
-                Some(s) => (
-                    format!("{what}: record at least {}", duration_text(s)),
-                    limit,
-                ),
-                None => (format!("{what}, nor in a thousand times that"), limit),
-            },
-        };
-        result
-            .not_observable
-            .push(NotObservable::new(term, reason, limit));
+        }
     }
-    let misfit = fit.misfit.map(|(tau_s, ratio)| Misfit { tau_s, ratio });
-    if let Some(Misfit { tau_s, ratio }) = misfit {
-        let channel = channel.clone();
-        findings.push(
-            Case::NoiseMisfit {
-                channel,
-                tau_s,
-                ratio,
-            }
-            .finding(),
-        );
-    }
-    let drift = trend.map(|trend| Drift {
-        change: trend.at(longest as f64) - trend.at(0.0),
-        during_s: longest_s,
-        time_constant_s: Some(trend.constant * period_s).filter(|s| s.is_finite()),
-    });
-    if let Some(drift) = drift {
-        let unit = Unit::of(Term::B, is_gyroscope);
-        let case = Case::NoiseDrift {
-            channel,
-            change: unit.factor * drift.change,
-            unit: unit.name,
-            during_s: drift.during_s,
-            constant_s: drift.time_constant_s,
-        };
-        findings.push(case.finding());
-    }
-    result.fit = Some(FittedCurve {
-        from_s: fit.from_s,
-        parameters: [n, b, k].map(f64::sqrt),
-        drift,
-        misfit,
-    });
-    (result, findings)
 }
 
 /// What rounding to steps does to noise. Its errors are white with a variance of q²/12 where the noise
@@ -352,12 +310,15 @@ impl Rounding {
         (MIN_OF_RESOLUTION * self.step).hypot(rounding::floor(self.step).sqrt())
     }
 
-    /// Takes it off over `m` samples, at most its share: an Allan variance of few degrees of freedom stays above zero.
-    fn subtract(&self, point: &mut AllanVariance, m: usize) {
+    /// Takes it off, at most its share: an Allan variance of few degrees of freedom stays above zero.
+    fn subtract(&self, octaves: &mut [AllanVariance]) {
         let rounding = rounding::floor(self.step);
         if rounding > 0.0 && !self.hides() {
             let share = rounding / (rounding + self.before);
-            point.variance -= (rounding / m as f64).min(share * point.variance);
+            for (octave, point) in octaves.iter_mut().enumerate() {
+                let rounding = rounding / 2_f64.powi(octave as i32);
+                point.variance -= rounding.min(share * point.variance);
+            }
         }
     }
 

@@ -3,13 +3,13 @@
 use std::path::Path;
 
 use gravical_core::unit::STANDARD_GRAVITY_MPS2;
-use gravical_signal::{AllanVariance, NoiseLimit, NoiseModel, chi_square_factors};
+use gravical_signal::{AllanVariance, NoiseFit, NoiseModel, chi_square_factors};
 use serde::{Deserialize, Serialize};
 
 use super::Term;
 use crate::Result;
 use crate::calibration_file::{InputFile, InputRole};
-use crate::finding::Finding;
+use crate::finding::{Case, Finding};
 use crate::problem::Problem;
 
 /// Value of `format`.
@@ -112,6 +112,21 @@ impl ChannelNoise {
         self.not_observable.iter().find(|t| t.term == term.symbol())
     }
 
+    pub(super) fn leave_out(
+        &mut self,
+        term: Term,
+        reason: String,
+        at_most: Option<f64>,
+        record_s: Option<f64>,
+    ) {
+        self.not_observable.push(NotObservable {
+            term: term.symbol().to_owned(),
+            reason,
+            at_most,
+            record_s,
+        });
+    }
+
     /// True for an axis of the gyroscope.
     pub fn is_gyroscope(&self) -> bool {
         self.channel.starts_with('g')
@@ -187,6 +202,35 @@ pub struct Misfit {
 }
 
 impl FittedCurve {
+    pub(super) fn new(fit: &NoiseFit, drift: Option<Drift>) -> Self {
+        let [n, b, k, _] = fit.model.0;
+        FittedCurve {
+            from_s: fit.from_s,
+            parameters: [n, b, k].map(f64::sqrt),
+            drift,
+            misfit: fit.misfit.map(|(tau_s, ratio)| Misfit { tau_s, ratio }),
+        }
+    }
+
+    /// What is odd about it.
+    pub(super) fn findings(&self, channel: &str) -> impl Iterator<Item = Finding> {
+        let misfit = self.misfit.map(|misfit| Case::NoiseMisfit {
+            channel: channel.to_owned(),
+            tau_s: misfit.tau_s,
+            ratio: misfit.ratio,
+        });
+        let unit = Unit::of(Term::B, channel.starts_with('g'));
+        let drift = self.drift.map(|drift| Case::NoiseDrift {
+            channel: channel.to_owned(),
+            change: unit.factor * drift.change,
+            unit: unit.name,
+            during_s: drift.during_s,
+            constant_s: drift.time_constant_s,
+        });
+        let cases = misfit.into_iter().chain(drift);
+        cases.map(|case| case.finding())
+    }
+
     /// Allan deviation at an averaging time.
     pub fn deviation(&self, tau_s: f64) -> f64 {
         let [n, b, k] = self.parameters.map(|x| x * x);
@@ -219,17 +263,6 @@ pub struct NotObservable {
     /// Length of a recording that would show a term as large as the limit, s; null if even a
     /// thousand times the length would not.
     pub record_s: Option<f64>,
-}
-
-impl NotObservable {
-    pub(super) fn new(term: Term, reason: String, limit: NoiseLimit) -> Self {
-        NotObservable {
-            term: term.symbol().to_owned(),
-            reason,
-            at_most: limit.at_most,
-            record_s: limit.record_s,
-        }
-    }
 }
 
 /// The unit in which a parameter is printed.
