@@ -32,14 +32,14 @@ use std::ops::Range;
 use std::path::Path;
 
 use gravical_signal::{
-    AllanVariance, BLOCK_S, NoiseFit, NoiseLimit, NoiseModel, allan_variances, block_len,
-    fit_noise, remove_trend,
+    AllanVariance, BLOCK_S, NoiseLimit, NoiseModel, allan_variances, block_len, fit_noise,
+    remove_trend,
 };
 
 use crate::Result;
 use crate::calibration_file::{CHANNELS, InputFile, TemperatureRange};
 use crate::finding::{Case, Finding, LineSpans, RecordingCase, hidden};
-use crate::numfmt::{self, duration_text};
+use crate::numfmt;
 use crate::poses::check_units;
 use crate::poses::gyro_unit::settle;
 use crate::poses::rests::{find_quiet, why_never_static};
@@ -49,10 +49,7 @@ use crate::rounding;
 use crate::stats::pooled_deviation;
 
 pub use gravical_signal::NoiseTerm as Term;
-pub use result::{
-    AllanPoint, ChannelNoise, Drift, Estimate, FittedCurve, Misfit, NOISE_FORMAT, NoiseResult,
-    NotObservable, Unit, read_noise,
-};
+pub use result::*;
 
 use series::Pieces;
 
@@ -69,12 +66,6 @@ const MIN_OF_RESOLUTION: f64 = 0.4;
 /// Change of the temperature beyond which the drift of the bias, up to 1 mg per °C, is more than the bias
 /// instability of most sensors, °C.
 const MAX_CHANGE_C: f64 = 1.0;
-/// Why N is not seen, however long the recording.
-const HIDDEN_N: &str = "not visible: no averaging time is beyond the low-pass and below the wander of the bias; set a wider low-pass and a faster rate";
-/// Why K is not given where a trend explains the recording as well.
-const LIKE_A_TREND: &str =
-    "a drift of the bias explains it as well; record at constant temperature, and for longer";
-
 /// Analyses the noise of the recording at `path`; `-` is standard input.
 ///
 /// # Errors
@@ -201,87 +192,60 @@ fn noise_of_segments(
     // Without a fit the distribution of the points has to be that of some noise.
     let model = fit.as_ref().map_or(NoiseModel::WHITE, |fit| fit.model);
     let adev = variances.iter().filter_map(|v| AllanPoint::new(v, &model));
-    let unit = if name.starts_with('g') {
-        "rad/s"
-    } else {
-        "m/s^2"
-    };
+    let is_gyroscope = name.starts_with('g');
+    let unit = if is_gyroscope { "rad/s" } else { "m/s^2" };
     let mut noise = ChannelNoise {
         channel: name.to_owned(),
         unit: unit.to_owned(),
         adev: adev.collect(),
         ..ChannelNoise::default()
     };
-    let mut findings = Vec::new();
     if let Some(fit) = fit {
-        let during_s = longest as f64 * period_s;
-        noise.take_estimates(&fit, during_s, walks, rounding.off());
+        let longest_s = longest as f64 * period_s;
         let drift = trend.map(|trend| Drift {
             change: trend.at(longest as f64) - trend.at(0.0),
-            during_s,
+            during_s: longest_s,
             time_constant_s: Some(trend.constant * period_s).filter(|s| s.is_finite()),
         });
-        let curve = FittedCurve::new(&fit, drift);
-        noise.fit = Some(curve);
-        findings.extend(curve.findings(name));
+        noise.fit = Some(FittedCurve::new(&fit, drift));
+        noise.take_estimates(&fit, longest_s, walks, rounding.off());
+        let findings = noise.fit.map(|fit| fit.findings(name));
+        return (noise, findings.unwrap_or_default());
+    }
+    let (reason, limit) = if variances.iter().all(|v| v.variance <= 0.0) {
+        (
+            "the values do not change: the noise is below the resolution".to_owned(),
+            None,
+        )
+    } else if rounding.hides() {
+        let limit = rounding.most() * period_s.sqrt();
+        (hidden(step, &numfmt::unit(unit)), Some(limit))
     } else {
-        let is_constant = variances.iter().all(|v| v.variance <= 0.0);
-        let mut at_most = None;
-        let reason = if is_constant {
-            "the values do not change: the noise is below the resolution".to_owned()
-        } else if rounding.hides() {
-            let (channel, unit) = (name.to_owned(), numfmt::unit(unit));
-            at_most = Some(rounding.most() * period_s.sqrt());
-            let reason = hidden(step, &unit);
-            let case = Case::NoiseBelowResolution {
-                channel,
-                step,
-                unit,
-            };
-            findings.push(case.finding());
-            reason
-        } else {
-            "the values change too rarely for any averaging time to show noise".to_owned()
-        };
-        for term in Term::ALL {
-            // The limit is that of N.
-            noise.leave_out(term, reason.clone(), at_most.take(), None);
-        }
+        (
+            "the values change too rarely for any averaging time to show noise".to_owned(),
+            None,
+        )
+    };
+    for term in Term::ALL {
+        let at_most = limit.filter(|_| term == Term::N);
+        noise.leave_out(
+            term,
+            reason.clone(),
+            NoiseLimit {
+                at_most,
+                record_s: None,
+            },
+        );
     }
-    (noise, findings)
-}
-
-impl ChannelNoise {
-    /// The estimates of a fit to `longest_s`; N may be off by so much more than its interval, relative.
-    fn take_estimates(&mut self, fit: &NoiseFit, longest_s: f64, walks: bool, n_off: f64) {
-        let [n, b, k, edge] = fit.model.0;
-        let what = format!("not observable in {}", duration_text(longest_s));
-        for ((term, square), interval) in Term::ALL.into_iter().zip([n, b, k]).zip(fit.intervals) {
-            let value = square.sqrt();
-            match interval {
-                Ok([_, high]) if term == Term::K && !walks => {
-                    let reason = format!("{what}: {LIKE_A_TREND}");
-                    self.leave_out(term, reason, Some(value * high), None);
-                }
-                Ok([low, high]) => {
-                    let off = if term == Term::N { n_off } else { 0.0 };
-                    let (low, high) = (value * low * (1.0 - off), value * high * (1.0 + off));
-                    let place = [&mut self.n, &mut self.b, &mut self.k];
-                    *place[term as usize] = Some(Estimate { value, low, high });
-                }
-                Err(limit) if term == Term::N && edge != 0.0 => {
-                    self.leave_out(term, HIDDEN_N.to_owned(), limit.at_most, None);
-                }
-                Err(NoiseLimit { at_most, record_s }) => {
-                    let reason = match record_s {
-                        Some(s) => format!("{what}: record at least {}", duration_text(s)),
-                        None => format!("{what}, nor in a thousand times that"),
-                    };
-                    self.leave_out(term, reason, at_most, record_s);
-                }
-            }
-        }
-    }
+    let below = limit.map(|_| Case::NoiseBelowResolution {
+        channel: name.to_owned(),
+        step,
+        unit: numfmt::unit(unit),
+    });
+    (
+        noise,
+        below.into_iter().map(|case| case.finding()).collect(),
+    )
 }
 
 /// What rounding to steps does to noise. Its errors are white with a variance of q²/12 where the noise
@@ -313,7 +277,7 @@ impl Rounding {
     /// Takes it off, at most its share: an Allan variance of few degrees of freedom stays above zero.
     fn subtract(&self, octaves: &mut [AllanVariance]) {
         let rounding = rounding::floor(self.step);
-        if rounding > 0.0 && !self.hides() {
+        if !self.hides() {
             let share = rounding / (rounding + self.before);
             for (octave, point) in octaves.iter_mut().enumerate() {
                 let rounding = rounding / 2_f64.powi(octave as i32);

@@ -1,20 +1,26 @@
 //! The noise of a sensor, as it is written and printed.
 
+use std::f64::consts::PI;
 use std::path::Path;
 
 use gravical_core::unit::STANDARD_GRAVITY_MPS2;
-use gravical_signal::{AllanVariance, NoiseFit, NoiseModel, chi_square_factors};
+use gravical_signal::{AllanVariance, NoiseFit, NoiseLimit, NoiseModel, chi_square_factors};
 use serde::{Deserialize, Serialize};
 
 use super::Term;
 use crate::Result;
 use crate::calibration_file::{InputFile, InputRole};
 use crate::finding::{Case, Finding};
+use crate::numfmt::duration_text;
 use crate::problem::Problem;
 
 /// Value of `format`.
-#[doc(hidden)]
-pub const NOISE_FORMAT: &str = "gravical-noise/1";
+pub(super) const NOISE_FORMAT: &str = "gravical-noise/1";
+/// Why N is not seen, however long the recording.
+const HIDDEN_N: &str = "not visible: no averaging time is beyond the low-pass and below the wander of the bias; set a wider low-pass and a faster rate";
+/// Why K is not given where a trend explains the recording as well.
+const LIKE_A_TREND: &str =
+    "a drift of the bias explains it as well; record at constant temperature, and for longer";
 
 /// Noise of a sensor.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
@@ -112,18 +118,43 @@ impl ChannelNoise {
         self.not_observable.iter().find(|t| t.term == term.symbol())
     }
 
-    pub(super) fn leave_out(
-        &mut self,
-        term: Term,
-        reason: String,
-        at_most: Option<f64>,
-        record_s: Option<f64>,
-    ) {
+    /// The estimates of a fit to `longest_s`; N may be off by so much more than its interval, relative.
+    pub(super) fn take_estimates(&mut self, fit: &NoiseFit, longest_s: f64, walks: bool, off: f64) {
+        let what = format!("not observable in {}", duration_text(longest_s));
+        let is_filtered = fit.model.0[3] != 0.0;
+        let mut estimates = [None; 3];
+        for (i, term) in Term::ALL.into_iter().enumerate() {
+            let value = fit.model.0[i].sqrt();
+            let off = if term == Term::N { off } else { 0.0 };
+            let mut limit = fit.intervals[i].err().unwrap_or_default();
+            let reason = match (fit.intervals[i], limit.record_s) {
+                (Ok([_, high]), _) if term == Term::K && !walks => {
+                    limit.at_most = Some(value * high);
+                    format!("{what}: {LIKE_A_TREND}")
+                }
+                (Ok([low, high]), _) => {
+                    let (low, high) = (value * low * (1.0 - off), value * high * (1.0 + off));
+                    estimates[i] = Some(Estimate { value, low, high });
+                    continue;
+                }
+                _ if term == Term::N && is_filtered => {
+                    limit.record_s = None;
+                    HIDDEN_N.to_owned()
+                }
+                (_, Some(s)) => format!("{what}: record at least {}", duration_text(s)),
+                (_, None) => format!("{what}, nor in a thousand times that"),
+            };
+            self.leave_out(term, reason, limit);
+        }
+        [self.n, self.b, self.k] = estimates;
+    }
+
+    pub(super) fn leave_out(&mut self, term: Term, reason: String, limit: NoiseLimit) {
         self.not_observable.push(NotObservable {
             term: term.symbol().to_owned(),
             reason,
-            at_most,
-            record_s,
+            at_most: limit.at_most,
+            record_s: limit.record_s,
         });
     }
 
@@ -173,6 +204,9 @@ pub struct FittedCurve {
     pub from_s: f64,
     /// N, B, K.
     pub parameters: [f64; 3],
+    /// Cut-off frequency (−3 dB) of the low-pass that was seen, if it has one pole, Hz; null without one. Two
+    /// poles (Butterworth) are at 0.71 of it.
+    pub low_pass_hz: Option<f64>,
     /// Drift of the bias that is not random, and not part of it; null where there is none.
     pub drift: Option<Drift>,
     /// Where the recording deviates most from the curve, by more than chance; null if nowhere.
@@ -203,32 +237,35 @@ pub struct Misfit {
 
 impl FittedCurve {
     pub(super) fn new(fit: &NoiseFit, drift: Option<Drift>) -> Self {
-        let [n, b, k, _] = fit.model.0;
+        let [n, b, k, edge] = fit.model.0;
+        // One pole of time constant T takes ends of 3/2 T: e = −3/2 N² T.
+        let low_pass_hz = 1.5 * n / (-2.0 * PI * edge);
         FittedCurve {
             from_s: fit.from_s,
             parameters: [n, b, k].map(f64::sqrt),
+            low_pass_hz: Some(low_pass_hz).filter(|hz| hz.is_finite() && *hz > 0.0),
             drift,
             misfit: fit.misfit.map(|(tau_s, ratio)| Misfit { tau_s, ratio }),
         }
     }
 
     /// What is odd about it.
-    pub(super) fn findings(&self, channel: &str) -> impl Iterator<Item = Finding> {
+    pub(super) fn findings(&self, channel: &str) -> Vec<Finding> {
         let misfit = self.misfit.map(|misfit| Case::NoiseMisfit {
             channel: channel.to_owned(),
             tau_s: misfit.tau_s,
             ratio: misfit.ratio,
         });
-        let unit = Unit::of(Term::B, channel.starts_with('g'));
+        let (unit, factor) = printed_unit(Term::B, channel.starts_with('g'));
         let drift = self.drift.map(|drift| Case::NoiseDrift {
             channel: channel.to_owned(),
-            change: unit.factor * drift.change,
-            unit: unit.name,
+            change: factor * drift.change,
+            unit,
             during_s: drift.during_s,
             constant_s: drift.time_constant_s,
         });
         let cases = misfit.into_iter().chain(drift);
-        cases.map(|case| case.finding())
+        cases.map(|case| case.finding()).collect()
     }
 
     /// Allan deviation at an averaging time.
@@ -265,28 +302,17 @@ pub struct NotObservable {
     pub record_s: Option<f64>,
 }
 
-/// The unit in which a parameter is printed.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Unit {
-    /// Its name.
-    pub name: &'static str,
-    /// Printed values per value in SI units.
-    pub factor: f64,
-}
-
-impl Unit {
-    /// The usual unit of a term, of the gyroscope or of the accelerometer.
-    pub fn of(term: Term, gyroscope: bool) -> Self {
-        let g = STANDARD_GRAVITY_MPS2;
-        let degrees = 1_f64.to_degrees();
-        let (name, factor) = match (gyroscope, term) {
-            (false, Term::N) => ("µg/√Hz", 1e6 / g),
-            (false, Term::B) => ("mg", 1e3 / g),
-            (false, Term::K) => ("mg/√h", 1e3 / g * 60.0),
-            (true, Term::N) => ("°/√h", degrees * 60.0),
-            (true, Term::B) => ("°/h", degrees * 3600.0),
-            (true, Term::K) => ("°/h/√h", degrees * 3600.0 * 60.0),
-        };
-        Unit { name, factor }
+/// The unit in which a parameter of the gyroscope or of the accelerometer is printed, and printed values per
+/// value in SI units.
+pub fn printed_unit(term: Term, gyroscope: bool) -> (&'static str, f64) {
+    let g = STANDARD_GRAVITY_MPS2;
+    let degrees = 1_f64.to_degrees();
+    match (gyroscope, term) {
+        (false, Term::N) => ("µg/√Hz", 1e6 / g),
+        (false, Term::B) => ("mg", 1e3 / g),
+        (false, Term::K) => ("mg/√h", 1e3 / g * 60.0),
+        (true, Term::N) => ("°/√h", degrees * 60.0),
+        (true, Term::B) => ("°/h", degrees * 3600.0),
+        (true, Term::K) => ("°/h/√h", degrees * 3600.0 * 60.0),
     }
 }
