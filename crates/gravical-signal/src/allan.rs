@@ -1,6 +1,8 @@
 //! Overlapping Allan variance.
 
-use crate::noise::{NoiseModel, correlations, degrees_of_freedom};
+use serde::{Deserialize, Serialize};
+
+use crate::noise::{NoiseModel, chi_square_factors, correlations, degrees_of_freedom};
 
 /// An Allan variance.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -25,10 +27,19 @@ impl AllanVariance {
         }
     }
 
-    /// Equivalent degrees of freedom under a model, without what a low-pass adds.
-    pub fn degrees_of_freedom(&self, model: &NoiseModel) -> f64 {
+    /// The Allan deviation, distributed as under a model; `None` without any degrees of freedom.
+    pub fn point(&self, model: &NoiseModel) -> Option<AllanPoint> {
         let [n, b, k, _] = model.parts(self.tau_s);
-        2.0 * ((n + b + k) / self.deviation(model, 0.0)).powi(2)
+        let edf = 2.0 * ((n + b + k) / self.deviation(model, 0.0)).powi(2);
+        let sigma = self.variance.sqrt();
+        let [low, high] = chi_square_factors(edf)?.map(|factor| sigma * factor);
+        sigma.is_finite().then_some(AllanPoint {
+            tau_s: self.tau_s,
+            sigma,
+            low,
+            high,
+            edf,
+        })
     }
 
     /// Standard deviation under a model, as far as it is common to a point so many octaves away. Each
@@ -38,6 +49,22 @@ impl AllanVariance {
         let each = (0..3).map(|i| parts[i] * (2.0 / self.freedom[i] * common[i]).sqrt());
         each.sum()
     }
+}
+
+/// A point of the Allan deviation.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
+pub struct AllanPoint {
+    /// Averaging time, s.
+    pub tau_s: f64,
+    /// Allan deviation.
+    pub sigma: f64,
+    /// Lower end of its 95 % interval.
+    pub low: f64,
+    /// Upper end of its 95 % interval.
+    pub high: f64,
+    /// Equivalent degrees of freedom of its square.
+    pub edf: f64,
 }
 
 /// Overlapping Allan variances of evenly spaced samples, `period_s` apart, for averaging times in octaves,

@@ -25,10 +25,11 @@ mod rests;
 mod samples;
 mod steady;
 
-pub use allan::{AllanVariance, allan_variances};
+pub use allan::{AllanPoint, AllanVariance, allan_variances};
 pub use blocks::{Block, block_len, blocks};
 pub use noise::{
-    NoiseFit, NoiseLimit, NoiseModel, NoiseTerm, Trend, chi_square_factors, fit_noise, remove_trend,
+    Drift, Estimate, FittedCurve, Misfit, NoiseFit, NoiseLimit, NoiseModel, NoiseTerm, fit_noise,
+    remove_trend,
 };
 pub use outliers::interpolate_outliers;
 pub use quantile::quantile;

@@ -12,8 +12,9 @@ mod trend;
 
 use std::f64::consts::{LN_2, PI};
 
-pub use fit::{NoiseFit, NoiseLimit, chi_square_factors, fit_noise};
-pub use trend::{Trend, remove_trend};
+pub(crate) use fit::chi_square_factors;
+pub use fit::{Estimate, FittedCurve, Misfit, NoiseFit, NoiseLimit, fit_noise};
+pub use trend::{Drift, remove_trend};
 
 /// A term of the model.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]

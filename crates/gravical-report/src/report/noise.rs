@@ -76,7 +76,9 @@ fn value(channel: &ChannelNoise, term: Term, factor: f64) -> Cell {
         let text = fixed(factor * e.value, decimals);
         return Cell::number(text).plus_minus(Some(deviation), decimals);
     }
-    let most = channel.missing(term).and_then(|missing| missing.at_most);
+    let most = channel
+        .missing(term)
+        .and_then(|missing| missing.limit.at_most);
     Cell::maybe(most, |most| format!("< {}", small(factor * most, 2)))
 }
 

@@ -9,10 +9,13 @@
 //! A low-pass leaves the white noise of averaging times beyond its own memory as it is, but for what it
 //! takes from the two ends of each mean: N²/τ + e/τ², with e < 0 fitted beside the terms.
 
+use std::f64::consts::PI;
+
 use nalgebra::{DMatrix, DVector};
+use serde::{Deserialize, Serialize};
 use statrs::distribution::{ChiSquared, ContinuousCDF};
 
-use super::{NoiseModel, NoiseTerm, shapes};
+use super::{Drift, NoiseModel, NoiseTerm, shapes};
 use crate::allan::AllanVariance;
 
 /// Real noise follows the model to about this fraction of the variance: without it the first
@@ -31,8 +34,8 @@ const TESTED: usize = 3;
 const MIN_POINTS: usize = 6;
 /// Octaves that are left out after those that disagree visibly: what they may hide has decayed then.
 const MORE: usize = 1;
-/// A low-pass is seen where e differs from zero by so many standard deviations.
-const MIN_EDGE: f64 = 4.0;
+/// A low-pass is seen where e has more degrees of freedom: it differs from zero by four standard deviations.
+const MIN_EDGE_FREEDOM: f64 = 32.0;
 /// Behind a low-pass, N is seen where all else is less than this part of the Allan variance: the slope
 /// of the deviation is −½ to 0.1 there.
 const MAX_ELSE: f64 = 0.2;
@@ -51,23 +54,67 @@ const EDGE: usize = 3;
 pub struct NoiseFit {
     /// Zero for what is not part of it
     pub model: NoiseModel,
-    /// Shortest averaging time that was used, s
+    /// The same as it is written
+    pub curve: FittedCurve,
+    /// N, B and K, or the limit of a term that is not observable
+    pub estimates: [Result<Estimate, NoiseLimit>; 3],
+}
+
+/// Parameters of the fitted curve; zero for a term that is not part of it.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
+pub struct FittedCurve {
+    /// Shortest averaging time that was used, s.
     pub from_s: f64,
-    /// Averaging time at which the variance deviates most from the model, by more than chance, s, and
-    /// the variance over that of the model
-    pub misfit: Option<(f64, f64)>,
-    /// Of N, B and K: ends of the 95 % interval over the estimate, or the limit of a term that is not
-    /// observable
-    pub intervals: [Result<[f64; 2], NoiseLimit>; 3],
+    /// N, B, K.
+    pub parameters: [f64; 3],
+    /// Cut-off frequency (−3 dB) of the low-pass that was seen, if it has one pole, Hz; null without one. Two
+    /// poles (Butterworth) are at 0.71 of it.
+    pub low_pass_hz: Option<f64>,
+    /// Drift of the bias that is not random, and not part of it; null where there is none.
+    pub drift: Option<Drift>,
+    /// Where the recording deviates most from the curve, by more than chance; null if nowhere.
+    pub misfit: Option<Misfit>,
+}
+
+/// A deviation from the fitted curve.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
+pub struct Misfit {
+    /// Averaging time, s.
+    pub tau_s: f64,
+    /// Allan variance over that of the curve.
+    pub ratio: f64,
+}
+
+impl FittedCurve {
+    /// Allan deviation at an averaging time.
+    pub fn deviation(&self, tau_s: f64) -> f64 {
+        let [n, b, k] = self.parameters.map(|x| x * x);
+        NoiseModel([n, b, k, 0.0]).variance(tau_s).sqrt()
+    }
+}
+
+/// A parameter with its 95 % interval.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
+pub struct Estimate {
+    /// The estimate.
+    pub value: f64,
+    /// Lower end of the interval.
+    pub low: f64,
+    /// Upper end of the interval.
+    pub high: f64,
 }
 
 /// What a recording says of a term that it does not determine.
-#[derive(Debug, Clone, Copy, PartialEq, Default)]
+#[derive(Debug, Clone, Copy, PartialEq, Default, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub struct NoiseLimit {
-    /// Upper limit (95 %); `None` if there is none
+    /// Upper limit (95 %), in the unit of the term; null if there is none.
     pub at_most: Option<f64>,
-    /// Length of a recording that would show a term as large as the limit, s; `None` if a thousand
-    /// times the length would not
+    /// Length of a recording that would show a term as large as the limit, s; null if even a
+    /// thousand times the length would not.
     pub record_s: Option<f64>,
 }
 
@@ -197,10 +244,12 @@ impl<'a> Fit<'a> {
             let first = (self.points[0].tau_s / period_s).round() as usize;
             let octaves = (0..).map(|k| first << k);
             let octaves = octaves.take_while(|m| (*m as f64) < 0.4 * *length as f64);
-            // Only their number counts: values are those of the model.
+            // Only their number counts: values are those of the model, as if without a low-pass.
             let planned = octaves.map(|m| AllanVariance::new(m, period_s, f64::NAN, &[*length]));
             let points = &planned.collect::<Vec<_>>();
-            Fit { points, ..limit }.freedom(term).is_some()
+            let mut longer = Fit { points, ..limit };
+            longer.model.0[EDGE] = 0.0;
+            longer.freedom(term).is_some()
         };
         let mut lengths = (1..=MAX_DOUBLINGS).map(|k| longest << k);
         Some(NoiseLimit {
@@ -220,10 +269,8 @@ pub fn fit_noise(points: &[AllanVariance], longest: usize, period_s: f64) -> Opt
     if points.len() < 2 || !points.iter().all(is_usable) {
         return None;
     }
-    let is_filtered = Fit::new(points, true).is_some_and(|fit| {
-        let variance = fit.coefficient_variance(EDGE);
-        variance.is_some_and(|v| fit.model.0[EDGE].abs() > MIN_EDGE * v.sqrt())
-    });
+    let edge_freedom = Fit::new(points, true).and_then(|fit| fit.freedom(EDGE));
+    let is_filtered = edge_freedom.is_some_and(|n| n > MIN_EDGE_FREEDOM);
     let plain = Fit::new(points, false).filter(|fit| !is_filtered && fit.agrees(MAX_DEVIATION));
     let fit = plain.or_else(|| {
         let last = points.len().saturating_sub(MIN_POINTS);
@@ -235,24 +282,38 @@ pub fn fit_noise(points: &[AllanVariance], longest: usize, period_s: f64) -> Opt
     })?;
     let misfits = fit.points.iter().zip(fit.misfits(&fit.deviations()));
     let (worst, misfit) = misfits.max_by(|a, b| a.1.abs().total_cmp(&b.1.abs()))?;
-    let ratio = worst.variance / fit.model.variance(worst.tau_s);
-    let interval = |term: NoiseTerm| {
+    let misfit = (misfit.abs() > MAX_DEVIATION).then(|| Misfit {
+        tau_s: worst.tau_s,
+        ratio: worst.variance / fit.model.variance(worst.tau_s),
+    });
+    let estimate = |term: NoiseTerm| {
         let shown = Some(term as usize).filter(|_| fit.shows(term, longest as f64 * period_s));
-        let interval = shown.and_then(|term| chi_square_factors(fit.freedom(term)?));
+        let factors = shown.and_then(|term| chi_square_factors(fit.freedom(term)?));
+        let value = fit.model.0[term as usize].sqrt();
+        let ends = factors.map(|factors| factors.map(|factor| value * factor));
+        let estimate = ends.map(|[low, high]| Estimate { value, low, high });
         let limit = || fit.limit(term as usize, period_s, longest);
-        interval.ok_or_else(|| limit().unwrap_or_default())
+        estimate.ok_or_else(|| limit().unwrap_or_default())
     };
+    let [n, b, k, edge] = fit.model.0;
+    let is_seen = edge < 0.0 && fit.freedom(EDGE).is_some_and(|n| n > MIN_EDGE_FREEDOM);
     Some(NoiseFit {
         model: fit.model,
-        from_s: fit.points[0].tau_s,
-        misfit: (misfit.abs() > MAX_DEVIATION).then_some((worst.tau_s, ratio)),
-        intervals: NoiseTerm::ALL.map(interval),
+        curve: FittedCurve {
+            from_s: fit.points[0].tau_s,
+            parameters: [n, b, k].map(f64::sqrt),
+            // One pole of time constant T takes ends of 3/2 T: e = −3/2 N² T.
+            low_pass_hz: (is_seen && n > 0.0).then(|| 1.5 * n / (-2.0 * PI * edge)),
+            drift: None,
+            misfit,
+        },
+        estimates: NoiseTerm::ALL.map(estimate),
     })
 }
 
 /// Ends of the 95 % interval of a standard deviation with these degrees of freedom, over its
 /// estimate; `None` without any freedom.
-pub fn chi_square_factors(freedom: f64) -> Option<[f64; 2]> {
+pub(crate) fn chi_square_factors(freedom: f64) -> Option<[f64; 2]> {
     // Beyond that the quantile is the normal one to six digits, and its iteration slow.
     if freedom > 1e5 {
         let half = 1.959_964 / (2.0 * freedom).sqrt();

@@ -8,7 +8,8 @@
 
 use std::f64::consts::PI;
 
-use nalgebra::{DMatrix, DVector, Vector3};
+use nalgebra::{DMatrix, DVector, MatrixXx3, Vector3};
+use serde::{Deserialize, Serialize};
 
 /// Largest number of blocks, and fewest that are looked at.
 const BLOCKS: usize = 256;
@@ -26,20 +27,30 @@ const CONSTANTS: i32 = 16;
 const LONGEST_BESIDE_LINE: f64 = 0.5;
 const ITERATIONS: usize = 40;
 
-/// A trend: a line, an exponential, or both.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Trend {
-    /// Slope of the line, 1/samples
-    pub slope: f64,
-    /// Size of the exponential, which decays
-    pub size: f64,
-    /// Its time constant, samples; infinite without one
-    pub constant: f64,
+/// A drift of the bias along a line or an exponential.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
+pub struct Drift {
+    /// Change of the bias, unit.
+    pub change: f64,
+    /// Time in which it changes so, that of the longest segment, s.
+    pub during_s: f64,
+    /// Time constant of warming up, s; null for a line.
+    pub time_constant_s: Option<f64>,
+}
+
+/// A line and an exponential, which decays.
+#[derive(Clone, Copy)]
+struct Trend {
+    /// 1/samples
+    slope: f64,
+    size: f64,
+    /// Time constant, samples; infinite without an exponential
+    constant: f64,
 }
 
 impl Trend {
-    /// Its value at a sample, counted from the first of the segment in which it was found.
-    pub fn at(&self, sample: f64) -> f64 {
+    fn at(&self, sample: f64) -> f64 {
         self.slope * sample + self.size * (-sample / self.constant).exp()
     }
 }
@@ -47,25 +58,33 @@ impl Trend {
 /// Finds what explains the slow part of the longest segment, of evenly spaced samples at rest, and removes a
 /// trend from all: the trend, and whether there is a random walk beside it. Of an exponential only the
 /// longest segment is kept: it has decayed to an unknown part in the others.
-pub fn remove_trend(segments: &mut Vec<Vec<f64>>) -> (Option<Trend>, bool) {
+pub fn remove_trend(segments: &mut Vec<Vec<f64>>, period_s: f64) -> (Option<Drift>, bool) {
     let longest = (0..segments.len()).rev().max_by_key(|i| segments[*i].len());
     let Some(longest) = longest else {
         return (None, false);
     };
+    let length = segments[longest].len() as f64;
     let (trend, walks) = find_slow(&segments[longest]);
-    if let Some(trend) = trend {
-        if trend.size != 0.0 {
-            segments.swap(0, longest);
-            segments.truncate(1);
-        }
-        for segment in segments {
-            let samples = segment.iter_mut().enumerate();
-            samples.for_each(|(k, value)| *value -= trend.at(k as f64));
-        }
+    let Some(trend) = trend else {
+        return (None, walks);
+    };
+    if trend.size != 0.0 {
+        segments.swap(0, longest);
+        segments.truncate(1);
     }
-    (trend, walks)
+    for segment in segments {
+        let samples = segment.iter_mut().enumerate();
+        samples.for_each(|(k, value)| *value -= trend.at(k as f64));
+    }
+    let drift = Drift {
+        change: trend.at(length) - trend.at(0.0),
+        during_s: length * period_s,
+        time_constant_s: Some(trend.constant * period_s).filter(|s| s.is_finite()),
+    };
+    (Some(drift), walks)
 }
 
+/// The trend that explains the slow part of samples best, and whether there is a random walk beside it.
 fn find_slow(samples: &[f64]) -> (Option<Trend>, bool) {
     let width = samples.len().div_ceil(BLOCKS).max(1);
     let blocks = samples.chunks_exact(width);
@@ -156,47 +175,37 @@ fn deviance(
 ) -> Option<(f64, DVector<f64>)> {
     let count = values.len();
     // Of white noise, of flicker noise, and of means over blocks of a random walk.
-    let power = |k: usize| {
-        let angle = PI * k as f64 / (count + 1) as f64;
+    let powers = MatrixXx3::from_fn(count, |k, j| {
+        let angle = PI * (k + 1) as f64 / (count + 1) as f64;
         let step = 2.0 * (0.5 * angle).sin();
-        Vector3::new(1.0, 1.0 / step, (2.0 + angle.cos()) / (3.0 * step * step))
-    };
-    let powers: Vec<Vector3<f64>> = (1..=count).map(power).collect();
+        [1.0, 1.0 / step, (2.0 + angle.cos()) / (3.0 * step * step)][j]
+    });
     let mut parts = Vector3::y();
     let (mut residual, mut sizes) = (values.clone(), DVector::zeros(0));
     for iteration in 0..ITERATIONS {
         if shapes.ncols() > 0 {
-            let root = |k: usize| parts.dot(&powers[k]).sqrt();
-            let roots = DVector::from_fn(count, |k, _| root(k));
+            let roots = (&powers * parts).map(f64::sqrt);
             let mut design = shapes.clone();
-            design
-                .column_iter_mut()
-                .for_each(|mut column| column.component_div_assign(&roots));
+            let columns = design.column_iter_mut();
+            columns.for_each(|mut column| column.component_div_assign(&roots));
             let normal = design.tr_mul(&design).cholesky()?;
             sizes = normal.solve(&design.tr_mul(&values.component_div(&roots)));
             residual = values - shapes * &sizes;
         }
         let squares = residual.map(|r| r * r);
         if iteration == 0 {
-            let shares = squares.iter().zip(&powers);
-            let shares = shares.map(|(s, p)| Vector3::repeat(*s).component_div(p));
-            parts = shares.sum::<Vector3<f64>>() / (3 * count) as f64;
+            parts = powers.map(f64::recip).tr_mul(&squares) / (3 * count) as f64;
             parts.z *= f64::from(u8::from(walks));
         }
         // Raises the likelihood of parts that add (C. Févotte, *Neural Computation* 21, 2009).
         for _ in 0..2 {
-            let (mut up, mut down) = (Vector3::zeros(), Vector3::zeros());
-            for (square, power) in squares.iter().zip(&powers) {
-                let model = parts.dot(power);
-                up += power * *square / (model * model);
-                down += power / model;
-            }
+            let model = &powers * parts;
+            let down = powers.tr_mul(&model.map(f64::recip));
+            let up =
+                powers.tr_mul(&squares.zip_map(&model, |square, model| square / (model * model)));
             parts.component_mul_assign(&up.component_div(&down));
         }
     }
-    let each = residual.iter().zip(&powers).map(|(r, power)| {
-        let model = parts.dot(power);
-        model.ln() + r * r / model
-    });
-    Some((each.sum::<f64>(), sizes)).filter(|(deviance, _)| deviance.is_finite())
+    let each = residual.zip_map(&(&powers * parts), |r, model| model.ln() + r * r / model);
+    Some((each.sum(), sizes)).filter(|(deviance, _)| deviance.is_finite())
 }

@@ -32,8 +32,7 @@ use std::ops::Range;
 use std::path::Path;
 
 use gravical_signal::{
-    AllanVariance, BLOCK_S, NoiseLimit, NoiseModel, allan_variances, block_len, fit_noise,
-    remove_trend,
+    AllanVariance, BLOCK_S, NoiseModel, allan_variances, block_len, fit_noise, remove_trend,
 };
 
 use crate::Result;
@@ -48,7 +47,9 @@ use crate::recording::{self, ReadOptions, Recording, nominal_accel};
 use crate::rounding;
 use crate::stats::pooled_deviation;
 
-pub use gravical_signal::NoiseTerm as Term;
+pub use gravical_signal::{
+    AllanPoint, Drift, Estimate, FittedCurve, Misfit, NoiseLimit, NoiseTerm as Term,
+};
 pub use result::*;
 
 use series::Pieces;
@@ -184,68 +185,54 @@ fn noise_of_segments(
     period_s: f64,
 ) -> (ChannelNoise, Vec<Finding>) {
     let rounding = Rounding::of(&segments, step, period_s);
-    let (trend, walks) = remove_trend(&mut segments);
+    let (drift, walks) = remove_trend(&mut segments, period_s);
     let longest = segments.iter().map(Vec::len).max().unwrap_or(0);
     let mut variances = allan_variances(&segments, period_s);
     rounding.subtract(&mut variances);
     let fit = fit_noise(&variances, longest, period_s).filter(|_| !rounding.hides());
     // Without a fit the distribution of the points has to be that of some noise.
     let model = fit.as_ref().map_or(NoiseModel::WHITE, |fit| fit.model);
-    let adev = variances.iter().filter_map(|v| AllanPoint::new(v, &model));
     let is_gyroscope = name.starts_with('g');
     let unit = if is_gyroscope { "rad/s" } else { "m/s^2" };
     let mut noise = ChannelNoise {
         channel: name.to_owned(),
         unit: unit.to_owned(),
-        adev: adev.collect(),
+        adev: variances.iter().filter_map(|v| v.point(&model)).collect(),
+        fit: fit.as_ref().map(|fit| FittedCurve { drift, ..fit.curve }),
         ..ChannelNoise::default()
     };
+    let mut findings = noise.findings();
     if let Some(fit) = fit {
-        let longest_s = longest as f64 * period_s;
-        let drift = trend.map(|trend| Drift {
-            change: trend.at(longest as f64) - trend.at(0.0),
-            during_s: longest_s,
-            time_constant_s: Some(trend.constant * period_s).filter(|s| s.is_finite()),
-        });
-        noise.fit = Some(FittedCurve::new(&fit, drift));
-        noise.take_estimates(&fit, longest_s, walks, rounding.off());
-        let findings = noise.fit.map(|fit| fit.findings(name));
-        return (noise, findings.unwrap_or_default());
+        noise.take_estimates(&fit, longest as f64 * period_s, walks);
+        if let Some(n) = &mut noise.n {
+            let off = rounding.off();
+            (n.low, n.high) = (n.low * (1.0 - off), n.high * (1.0 + off));
+        }
+        return (noise, findings);
     }
-    let (reason, limit) = if variances.iter().all(|v| v.variance <= 0.0) {
-        (
-            "the values do not change: the noise is below the resolution".to_owned(),
-            None,
-        )
+    let mut limit = NoiseLimit::default();
+    let reason = if variances.iter().all(|v| v.variance <= 0.0) {
+        "the values do not change: the noise is below the resolution".to_owned()
     } else if rounding.hides() {
-        let limit = rounding.most() * period_s.sqrt();
-        (hidden(step, &numfmt::unit(unit)), Some(limit))
+        let most = (MIN_OF_RESOLUTION * step).hypot(rounding::floor(step).sqrt());
+        limit.at_most = Some(most * period_s.sqrt());
+        let unit = numfmt::unit(unit);
+        let reason = hidden(step, &unit);
+        let channel = name.to_owned();
+        let case = Case::NoiseBelowResolution {
+            channel,
+            step,
+            unit,
+        };
+        findings.push(case.finding());
+        reason
     } else {
-        (
-            "the values change too rarely for any averaging time to show noise".to_owned(),
-            None,
-        )
+        "the values change too rarely for any averaging time to show noise".to_owned()
     };
-    for term in Term::ALL {
-        let at_most = limit.filter(|_| term == Term::N);
-        noise.leave_out(
-            term,
-            reason.clone(),
-            NoiseLimit {
-                at_most,
-                record_s: None,
-            },
-        );
-    }
-    let below = limit.map(|_| Case::NoiseBelowResolution {
-        channel: name.to_owned(),
-        step,
-        unit: numfmt::unit(unit),
-    });
-    (
-        noise,
-        below.into_iter().map(|case| case.finding()).collect(),
-    )
+    // The limit is that of N, which comes first.
+    let missing = |term| NotObservable::new(term, reason.clone(), std::mem::take(&mut limit));
+    noise.not_observable = Term::ALL.map(missing).into();
+    (noise, findings)
 }
 
 /// What rounding to steps does to noise. Its errors are white with a variance of q²/12 where the noise
@@ -267,11 +254,6 @@ impl Rounding {
 
     fn hides(&self) -> bool {
         self.step > 0.0 && self.before < (MIN_OF_RESOLUTION * self.step).powi(2)
-    }
-
-    /// The largest standard deviation that may be hidden.
-    fn most(&self) -> f64 {
-        (MIN_OF_RESOLUTION * self.step).hypot(rounding::floor(self.step).sqrt())
     }
 
     /// Takes it off, at most its share: an Allan variance of few degrees of freedom stays above zero.
