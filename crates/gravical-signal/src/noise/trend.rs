@@ -60,14 +60,11 @@ impl Trend {
 /// longest segment is kept: it has decayed to an unknown part in the others.
 pub fn remove_trend(segments: &mut Vec<Vec<f64>>, period_s: f64) -> (Option<Drift>, bool) {
     let longest = (0..segments.len()).rev().max_by_key(|i| segments[*i].len());
-    let Some(longest) = longest else {
-        return (None, false);
-    };
-    let length = segments[longest].len() as f64;
-    let (trend, walks) = find_slow(&segments[longest]);
-    let Some(trend) = trend else {
+    let (trend, walks) = longest.map_or((None, false), |i| find_slow(&segments[i]));
+    let (Some(longest), Some(trend)) = (longest, trend) else {
         return (None, walks);
     };
+    let length = segments[longest].len() as f64;
     if trend.size != 0.0 {
         segments.swap(0, longest);
         segments.truncate(1);
@@ -183,15 +180,13 @@ fn deviance(
     let mut parts = Vector3::y();
     let (mut residual, mut sizes) = (values.clone(), DVector::zeros(0));
     for iteration in 0..ITERATIONS {
-        if shapes.ncols() > 0 {
-            let roots = (&powers * parts).map(f64::sqrt);
-            let mut design = shapes.clone();
-            let columns = design.column_iter_mut();
-            columns.for_each(|mut column| column.component_div_assign(&roots));
-            let normal = design.tr_mul(&design).cholesky()?;
-            sizes = normal.solve(&design.tr_mul(&values.component_div(&roots)));
-            residual = values - shapes * &sizes;
-        }
+        let roots = (&powers * parts).map(f64::sqrt);
+        let mut design = shapes.clone();
+        let columns = design.column_iter_mut();
+        columns.for_each(|mut column| column.component_div_assign(&roots));
+        let normal = design.tr_mul(&design).cholesky()?;
+        sizes = normal.solve(&design.tr_mul(&values.component_div(&roots)));
+        residual = values - shapes * &sizes;
         let squares = residual.map(|r| r * r);
         if iteration == 0 {
             parts = powers.map(f64::recip).tr_mul(&squares) / (3 * count) as f64;

@@ -91,7 +91,7 @@ pub fn noise_of(mut recording: Recording) -> Result<NoiseResult> {
     settle(&mut recording);
     let mut pieces = Pieces::new(&recording, &ranges, 1.0 / rate_hz);
     let width = block_len(1.0 / rate_hz, BLOCK_S);
-    pieces.leave_out_disturbances(&recording.accel, &recording.units.resolution[0], width);
+    pieces.leave_out_disturbances(&recording, width);
     let period_s = pieces.period_s;
     let mut findings = recording.findings.clone();
     let gyro_per_si = recording.units.gyro.and_then(|scale| scale.nominal());

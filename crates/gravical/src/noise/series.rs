@@ -58,24 +58,19 @@ impl Pieces {
         }
     }
 
-    /// Leaves out blocks of `width` samples in which the accelerometer, written in steps of `resolution`,
-    /// is disturbed: a knock, a footstep.
-    pub fn leave_out_disturbances(
-        &mut self,
-        accel: &[Vec<f64>; 3],
-        resolution: &[f64; 3],
-        width: usize,
-    ) {
+    /// Leaves out blocks of `width` samples in which the accelerometer is disturbed: a knock, a footstep.
+    pub fn leave_out_disturbances(&mut self, recording: &Recording, width: usize) {
         let variance = |block: &[u32]| -> f64 {
             let of_axis = |axis: &Vec<f64>| {
                 let values: Vec<f64> = cells(axis, block).collect();
-                pooled_deviation([&values[..]].into_iter()).powi(2)
+                pooled_deviation(std::iter::once(&values[..])).powi(2)
             };
-            accel.iter().map(of_axis).sum()
+            recording.accel.iter().map(of_axis).sum()
         };
+        let floor = floors(&recording.units.resolution[0]);
         let blocks = self.pieces.iter().flat_map(|piece| piece.chunks(width));
         let variances = blocks.map(variance).filter(|v| v.is_finite());
-        let usual = quantile(variances.collect(), 0.5).max(floors(resolution));
+        let usual = quantile(variances.collect(), 0.5).max(floor);
         let quiet = |piece: &Vec<u32>| -> Vec<Vec<u32>> {
             let blocks: Vec<&[u32]> = piece.chunks(width).collect();
             let parts = blocks.split(|block| variance(block) > DISTURBED.powi(2) * usual);
