@@ -13,7 +13,6 @@
 //! 5. [`allan_variances`], [`fit_noise`]: how much its noise is, and of which kind.
 #![deny(missing_docs)]
 
-mod allan;
 mod blocks;
 mod edges;
 mod noise;
@@ -25,11 +24,10 @@ mod rests;
 mod samples;
 mod steady;
 
-pub use allan::{AllanPoint, AllanVariance, allan_variances};
 pub use blocks::{Block, block_len, blocks};
 pub use noise::{
-    Drift, Estimate, FittedCurve, Misfit, NoiseFit, NoiseLimit, NoiseModel, NoiseTerm, fit_noise,
-    remove_trend,
+    AllanPoint, AllanVariance, Drift, Estimate, FittedCurve, Misfit, NoiseFit, NoiseLimit,
+    NoiseModel, NoiseTerm, allan_variances, fit_noise, remove_trend,
 };
 pub use outliers::interpolate_outliers;
 pub use quantile::quantile;

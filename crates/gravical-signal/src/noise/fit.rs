@@ -13,10 +13,10 @@ use std::f64::consts::PI;
 
 use nalgebra::{DMatrix, DVector};
 use serde::{Deserialize, Serialize};
-use statrs::distribution::{ChiSquared, ContinuousCDF};
 
-use super::{Drift, NoiseModel, NoiseTerm, shapes};
-use crate::allan::AllanVariance;
+use super::allan::AllanVariance;
+use super::model::{NoiseModel, NoiseTerm, chi_square_factors, shapes};
+use super::trend::Drift;
 
 /// Real noise follows the model to about this fraction of the variance: without it the first
 /// averaging times, known to a thousandth, would decide all terms.
@@ -309,17 +309,4 @@ pub fn fit_noise(points: &[AllanVariance], longest: usize, period_s: f64) -> Opt
         },
         estimates: NoiseTerm::ALL.map(estimate),
     })
-}
-
-/// Ends of the 95 % interval of a standard deviation with these degrees of freedom, over its
-/// estimate; `None` without any freedom.
-pub(crate) fn chi_square_factors(freedom: f64) -> Option<[f64; 2]> {
-    // Beyond that the quantile is the normal one to six digits, and its iteration slow.
-    if freedom > 1e5 {
-        let half = 1.959_964 / (2.0 * freedom).sqrt();
-        return Some([1.0 - half, 1.0 + half]);
-    }
-    let chi2 = ChiSquared::new(freedom).ok()?;
-    let factor = |p: f64| (freedom / chi2.inverse_cdf(p)).sqrt();
-    Some([factor(0.975), factor(0.025)])
 }

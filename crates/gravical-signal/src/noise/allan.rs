@@ -2,7 +2,7 @@
 
 use serde::{Deserialize, Serialize};
 
-use crate::noise::{NoiseModel, chi_square_factors, correlations, degrees_of_freedom};
+use super::model::{NoiseModel, chi_square_factors, correlations, degrees_of_freedom};
 
 /// An Allan variance.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -17,7 +17,7 @@ pub struct AllanVariance {
 
 impl AllanVariance {
     /// Over `m` samples in segments of these lengths.
-    pub(crate) fn new(m: usize, period_s: f64, variance: f64, lengths: &[usize]) -> Self {
+    pub(super) fn new(m: usize, period_s: f64, variance: f64, lengths: &[usize]) -> Self {
         let fitting = lengths.iter().filter(|n| **n >= 2 * m);
         let each = fitting.map(|n| degrees_of_freedom(m as f64, *n as f64));
         AllanVariance {
@@ -44,7 +44,7 @@ impl AllanVariance {
 
     /// Standard deviation under a model, as far as it is common to a point so many octaves away. Each
     /// term adds to the second differences by itself, so that deviations add.
-    pub(crate) fn deviation(&self, model: &NoiseModel, octaves: f64) -> f64 {
+    pub(super) fn deviation(&self, model: &NoiseModel, octaves: f64) -> f64 {
         let (parts, common) = (model.parts(self.tau_s), correlations(octaves));
         let each = (0..3).map(|i| parts[i] * (2.0 / self.freedom[i] * common[i]).sqrt());
         each.sum()
