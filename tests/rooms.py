@@ -83,7 +83,6 @@ LEFT = {
     "gravical-core": 6,
     "gravical-fit": 6,
     "gravical-report": 52,
-    "gravical-signal": 2,
 }
 
 

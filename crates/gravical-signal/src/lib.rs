@@ -13,7 +13,6 @@
 //! 5. [`allan_variances`], [`fit_noise`]: how much its noise is, and of which kind.
 #![deny(missing_docs)]
 
-mod allan;
 mod blocks;
 mod edges;
 mod noise;
@@ -25,11 +24,10 @@ mod rests;
 mod samples;
 mod steady;
 
-pub use allan::{AllanVariance, allan_variances};
 pub use blocks::{Block, block_len, blocks};
 pub use noise::{
-    NoiseFit, NoiseModel, NoisePoints, NoiseTerm, Slow, TermEstimate, Trend, chi_square_factors,
-    find_slow, fit_noise,
+    AllanPoint, AllanVariance, Drift, Estimate, FittedCurve, Misfit, NoiseFit, NoiseLimit,
+    NoiseModel, NoiseTerm, allan_variances, fit_noise, remove_trend,
 };
 pub use outliers::interpolate_outliers;
 pub use quantile::quantile;

@@ -1,6 +1,6 @@
 //! Report of the noise of a sensor.
 
-use gravical::noise::{ChannelNoise, NoiseResult, Term, Unit};
+use gravical::noise::{ChannelNoise, NoiseResult, Term, printed_unit};
 use gravical::numfmt::{count, decimals_for, duration_text, fixed, small, unit};
 
 use super::short_name;
@@ -58,9 +58,9 @@ fn parameters(sensor: &str, channels: &[&ChannelNoise]) -> Table {
     let gyroscope = sensor == "gyroscope";
     let mut table = Table::new(sensor, [""]).columns(channels.iter().map(|c| c.channel.as_str()));
     for term in Term::ALL {
-        let Unit { name, factor } = Unit::of(term, gyroscope);
+        let (unit, factor) = printed_unit(term, gyroscope);
         let cells = channels.iter().map(|c| value(c, term, factor));
-        table = table.row(format!("{}, {name}", term.symbol()), cells);
+        table = table.row(format!("{}, {unit}", term.symbol()), cells);
     }
     // In SI units, which code needs.
     let n = channels.iter().map(|c| c.n.as_ref().map(|n| n.value));
@@ -76,7 +76,9 @@ fn value(channel: &ChannelNoise, term: Term, factor: f64) -> Cell {
         let text = fixed(factor * e.value, decimals);
         return Cell::number(text).plus_minus(Some(deviation), decimals);
     }
-    let most = channel.missing(term).and_then(|missing| missing.at_most);
+    let most = channel
+        .missing(term)
+        .and_then(|missing| missing.limit.at_most);
     Cell::maybe(most, |most| format!("< {}", small(factor * most, 2)))
 }
 

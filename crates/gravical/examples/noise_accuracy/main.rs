@@ -166,7 +166,9 @@ fn print_row(kind: &str, results: &[ChannelNoise], term: Term, truth: f64) {
     let known: Vec<_> = results.iter().filter_map(|r| r.estimate(term)).collect();
     let share = known.len() as f64 / results.len() as f64;
     let name = format!("| {kind} | {} | {:.1} % |", term.symbol(), 100.0 * share);
-    let limits = results.iter().filter_map(|r| r.missing(term)?.at_most);
+    let limits = results
+        .iter()
+        .filter_map(|r| r.missing(term)?.limit.at_most);
     let limits = held(&limits.collect::<Vec<f64>>(), |limit| truth <= *limit);
     if truth == 0.0 || known.is_empty() {
         println!("{name} – | – | – | {limits} |");

@@ -43,7 +43,7 @@ fn find_largest(
     let own = own.filter(|c| c.channel.starts_with(&sensor[..1]));
     let value = |channel: &ChannelNoise| {
         let known = channel.estimate(term).map(|e| (e.value, false));
-        let limit = || Some((channel.missing(term)?.at_most?, true));
+        let limit = || Some((channel.missing(term)?.limit.at_most?, true));
         let value = known.or_else(|| limit().filter(|_| upper_limit));
         value.ok_or_else(|| {
             let unknown = Problem::TermUnknown {

@@ -3,17 +3,23 @@
 use std::path::Path;
 
 use gravical_core::unit::STANDARD_GRAVITY_MPS2;
+use gravical_signal::{AllanPoint, Estimate, FittedCurve, NoiseFit, NoiseLimit};
 use serde::{Deserialize, Serialize};
 
 use super::Term;
 use crate::Result;
 use crate::calibration_file::{InputFile, InputRole};
-use crate::finding::Finding;
+use crate::finding::{Case, Finding};
+use crate::numfmt::duration_text;
 use crate::problem::Problem;
 
 /// Value of `format`.
-#[doc(hidden)]
-pub const NOISE_FORMAT: &str = "gravical-noise/1";
+pub(super) const NOISE_FORMAT: &str = "gravical-noise/1";
+/// Why N is not seen, however long the recording.
+const HIDDEN_N: &str = "not visible: no averaging time is beyond the low-pass and below the wander of the bias; set a wider low-pass and a faster rate";
+/// Why K is not given where a trend explains the recording as well.
+const LIKE_A_TREND: &str =
+    "a drift of the bias explains it as well; record at constant temperature, and for longer";
 
 /// Noise of a sensor.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
@@ -103,11 +109,7 @@ pub struct ChannelNoise {
 impl ChannelNoise {
     /// The estimate of a term.
     pub fn estimate(&self, term: Term) -> Option<&Estimate> {
-        match term {
-            Term::N => self.n.as_ref(),
-            Term::B => self.b.as_ref(),
-            Term::K => self.k.as_ref(),
-        }
+        [&self.n, &self.b, &self.k][term as usize].as_ref()
     }
 
     /// Why a term is not observable.
@@ -115,85 +117,59 @@ impl ChannelNoise {
         self.not_observable.iter().find(|t| t.term == term.symbol())
     }
 
+    /// The estimates of a fit to `longest_s`.
+    pub(super) fn take_estimates(&mut self, fit: &NoiseFit, longest_s: f64, walks: bool) {
+        let what = format!("not observable in {}", duration_text(longest_s));
+        let [.., edge] = fit.model.0;
+        let places = [&mut self.n, &mut self.b, &mut self.k];
+        for ((term, place), estimate) in Term::ALL.into_iter().zip(places).zip(fit.estimates) {
+            let mut limit = estimate.err().unwrap_or_default();
+            let reason = match (estimate, limit.record_s) {
+                (Ok(estimate), _) if term == Term::K && !walks => {
+                    limit.at_most = Some(estimate.high);
+                    format!("{what}: {LIKE_A_TREND}")
+                }
+                (Ok(estimate), _) => {
+                    *place = Some(estimate);
+                    continue;
+                }
+                _ if term == Term::N && edge != 0.0 => {
+                    limit.record_s = None;
+                    HIDDEN_N.to_owned()
+                }
+                (_, Some(s)) => format!("{what}: record at least {}", duration_text(s)),
+                (_, None) => format!("{what}, nor in a thousand times that"),
+            };
+            self.not_observable
+                .push(NotObservable::new(term, reason, limit));
+        }
+    }
+
+    /// What is odd about the fit.
+    pub(super) fn findings(&self) -> Vec<Finding> {
+        let misfit = self.fit.and_then(|fit| fit.misfit);
+        let misfit = misfit.map(|misfit| Case::NoiseMisfit {
+            channel: self.channel.clone(),
+            tau_s: misfit.tau_s,
+            ratio: misfit.ratio,
+        });
+        let (unit, factor) = printed_unit(Term::B, self.is_gyroscope());
+        let drift = self.fit.and_then(|fit| fit.drift);
+        let drift = drift.map(|drift| Case::NoiseDrift {
+            channel: self.channel.clone(),
+            change: factor * drift.change,
+            unit,
+            during_s: drift.during_s,
+            constant_s: drift.time_constant_s,
+        });
+        let cases = misfit.into_iter().chain(drift);
+        cases.map(|case| case.finding()).collect()
+    }
+
     /// True for an axis of the gyroscope.
     pub fn is_gyroscope(&self) -> bool {
         self.channel.starts_with('g')
     }
-}
-
-/// A point of the Allan deviation.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
-#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
-pub struct AllanPoint {
-    /// Averaging time, s.
-    pub tau_s: f64,
-    /// Allan deviation.
-    pub sigma: f64,
-    /// Lower end of its 95 % interval.
-    pub low: f64,
-    /// Upper end of its 95 % interval.
-    pub high: f64,
-    /// Equivalent degrees of freedom of its square.
-    pub edf: f64,
-}
-
-/// Parameters of the fitted curve; zero for a term that is not part of it.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
-#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
-pub struct FittedCurve {
-    /// Shortest averaging time that was used, s.
-    pub from_s: f64,
-    /// N, B, K.
-    pub parameters: [f64; 3],
-    /// Drift of the bias that is not random, and not part of it; null where there is none.
-    pub drift: Option<Drift>,
-    /// Where the recording deviates most from the curve, by more than chance; null if nowhere.
-    pub misfit: Option<Misfit>,
-}
-
-/// A drift of the bias along a line or an exponential.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
-#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
-pub struct Drift {
-    /// Change of the bias, unit.
-    pub change: f64,
-    /// Time in which it changes so, that of the longest segment, s.
-    pub during_s: f64,
-    /// Time constant of warming up, s; null for a line.
-    pub time_constant_s: Option<f64>,
-}
-
-/// A deviation from the fitted curve.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
-#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
-pub struct Misfit {
-    /// Averaging time, s.
-    pub tau_s: f64,
-    /// Allan variance over that of the curve.
-    pub ratio: f64,
-}
-
-impl FittedCurve {
-    /// Allan deviation at an averaging time.
-    pub fn deviation(&self, tau_s: f64) -> f64 {
-        let terms = Term::ALL.iter().zip(self.parameters);
-        terms
-            .map(|(term, x)| x * x * term.shape(tau_s))
-            .sum::<f64>()
-            .sqrt()
-    }
-}
-
-/// A parameter with its 95 % interval.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
-#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
-pub struct Estimate {
-    /// The estimate.
-    pub value: f64,
-    /// Lower end of the interval.
-    pub low: f64,
-    /// Upper end of the interval.
-    pub high: f64,
 }
 
 /// A term that this recording does not determine.
@@ -204,35 +180,33 @@ pub struct NotObservable {
     pub term: String,
     /// Why, and what to do.
     pub reason: String,
-    /// Upper limit (95 %), in the unit of the term; null if there is none.
-    pub at_most: Option<f64>,
-    /// Length of a recording that would show a term as large as the limit, s; null if even a
-    /// thousand times the length would not.
-    pub record_s: Option<f64>,
+    /// What is known of it.
+    #[serde(flatten)]
+    pub limit: NoiseLimit,
 }
 
-/// The unit in which a parameter is printed.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Unit {
-    /// Its name.
-    pub name: &'static str,
-    /// Printed values per value in SI units.
-    pub factor: f64,
+impl NotObservable {
+    pub(super) fn new(term: Term, reason: String, limit: NoiseLimit) -> Self {
+        let term = term.symbol().to_owned();
+        NotObservable {
+            term,
+            reason,
+            limit,
+        }
+    }
 }
 
-impl Unit {
-    /// The usual unit of a term, of the gyroscope or of the accelerometer.
-    pub fn of(term: Term, gyroscope: bool) -> Self {
-        let g = STANDARD_GRAVITY_MPS2;
-        let degrees = 1_f64.to_degrees();
-        let (name, factor) = match (gyroscope, term) {
-            (false, Term::N) => ("µg/√Hz", 1e6 / g),
-            (false, Term::B) => ("mg", 1e3 / g),
-            (false, Term::K) => ("mg/√h", 1e3 / g * 60.0),
-            (true, Term::N) => ("°/√h", degrees * 60.0),
-            (true, Term::B) => ("°/h", degrees * 3600.0),
-            (true, Term::K) => ("°/h/√h", degrees * 3600.0 * 60.0),
-        };
-        Unit { name, factor }
+/// The unit in which a parameter of the gyroscope or of the accelerometer is printed, and printed values per
+/// value in SI units.
+pub fn printed_unit(term: Term, gyroscope: bool) -> (&'static str, f64) {
+    let g = STANDARD_GRAVITY_MPS2;
+    let degrees = 1_f64.to_degrees();
+    match (gyroscope, term) {
+        (false, Term::N) => ("µg/√Hz", 1e6 / g),
+        (false, Term::B) => ("mg", 1e3 / g),
+        (false, Term::K) => ("mg/√h", 1e3 / g * 60.0),
+        (true, Term::N) => ("°/√h", degrees * 60.0),
+        (true, Term::B) => ("°/h", degrees * 3600.0),
+        (true, Term::K) => ("°/h/√h", degrees * 3600.0 * 60.0),
     }
 }

@@ -58,37 +58,25 @@ impl Pieces {
         }
     }
 
-    /// Leaves out blocks of `width` samples in which the accelerometer, written in steps of `resolution`,
-    /// is disturbed: a knock, a footstep.
-    pub fn leave_out_disturbances(
-        &mut self,
-        accel: &[Vec<f64>; 3],
-        resolution: &[f64; 3],
-        width: usize,
-    ) {
+    /// Leaves out blocks of `width` samples in which the accelerometer is disturbed: a knock, a footstep.
+    pub fn leave_out_disturbances(&mut self, recording: &Recording, width: usize) {
         let variance = |block: &[u32]| -> f64 {
             let of_axis = |axis: &Vec<f64>| {
                 let values: Vec<f64> = cells(axis, block).collect();
-                pooled_deviation([&values[..]].into_iter()).powi(2)
+                pooled_deviation(std::iter::once(&values[..])).powi(2)
             };
-            accel.iter().map(of_axis).sum()
+            recording.accel.iter().map(of_axis).sum()
         };
+        let floor = floors(&recording.units.resolution[0]);
         let blocks = self.pieces.iter().flat_map(|piece| piece.chunks(width));
         let variances = blocks.map(variance).filter(|v| v.is_finite());
-        let usual = quantile(variances.collect(), 0.5).max(floors(resolution));
-        let mut quiet = Vec::new();
-        for piece in std::mem::take(&mut self.pieces) {
-            let mut part = Vec::with_capacity(piece.len());
-            for block in piece.chunks(width) {
-                if variance(block) > DISTURBED.powi(2) * usual {
-                    quiet.push(std::mem::take(&mut part));
-                } else {
-                    part.extend_from_slice(block);
-                }
-            }
-            quiet.push(part);
-        }
-        self.pieces = quiet;
+        let usual = quantile(variances.collect(), 0.5).max(floor);
+        let quiet = |piece: &Vec<u32>| -> Vec<Vec<u32>> {
+            let blocks: Vec<&[u32]> = piece.chunks(width).collect();
+            let parts = blocks.split(|block| variance(block) > DISTURBED.powi(2) * usual);
+            parts.map(<[&[u32]]>::concat).collect()
+        };
+        self.pieces = self.pieces.iter().flat_map(quiet).collect();
     }
 
     /// The rows that are used.
@@ -109,14 +97,13 @@ impl Pieces {
                     missing += 1;
                     continue;
                 }
-                if missing > MAX_FILLED && !samples.is_empty() {
+                if missing > MAX_FILLED {
                     segments.push(std::mem::take(&mut samples));
-                } else if !samples.is_empty() {
-                    for _ in 0..missing {
-                        samples.push(samples[samples.len().saturating_sub(BACK)]);
-                    }
                 }
-                missing = 0;
+                for _ in 0..std::mem::take(&mut missing) {
+                    let earlier = samples.get(samples.len().saturating_sub(BACK)).copied();
+                    samples.extend(earlier);
+                }
                 samples.push(value);
             }
             segments.push(samples);

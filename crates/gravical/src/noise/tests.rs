@@ -73,27 +73,47 @@ fn noise_below_the_resolution_has_only_a_limit() {
     }));
     assert!(kinds(&result).contains(&"noise-below-resolution"));
     for channel in result.channels.iter().filter(|c| c.is_gyroscope()) {
-        let most = channel.missing(Term::N).unwrap().at_most.unwrap();
+        let most = channel.missing(Term::N).unwrap().limit.at_most.unwrap();
         assert!(channel.n.is_none() && (0.0002..0.001).contains(&most));
     }
     assert!(result.channels[0].n.is_some());
 }
 
+/// White noise of 0.003 m/s²/√Hz behind a low-pass of one pole, and a random walk beside it, at 100 Hz.
+fn behind_a_low_pass(count: usize, cutoff_hz: f64, walk_sd: f64) -> ChannelNoise {
+    let mut rng = rand_chacha::ChaCha8Rng::seed_from_u64(3);
+    let mut normal = || -> f64 { StandardNormal.sample(&mut rng) };
+    let (mut state, mut walk) = (0.0, 0.0);
+    let passed = 1.0 - (-2.0 * PI * cutoff_hz * 0.01).exp();
+    let sample = |_| {
+        state += passed * (0.03 * normal() - state);
+        walk += walk_sd * normal();
+        state + walk
+    };
+    let samples: Vec<f64> = (0..count).map(sample).collect();
+    noise_of_samples("ax", &samples, 0.01, 0.0)
+}
+
 #[test]
 fn noise_behind_a_low_pass_is_that_of_long_averaging_times() {
-    let mut rng = rand_chacha::ChaCha8Rng::seed_from_u64(3);
-    let mut state = 0.0;
-    // One pole at 2 Hz: white only over seconds.
-    let mut sample = |_| {
-        let white: f64 = StandardNormal.sample(&mut rng);
-        state += 0.118 * (0.03 * white - state);
-        state
-    };
-    let samples: Vec<f64> = (0..400_000).map(&mut sample).collect();
-    let channel = noise_of_samples("ax", &samples, 0.01, 0.0);
+    let channel = behind_a_low_pass(400_000, 2.0, 0.0);
     let n = channel.n.unwrap();
     assert!((n.value / 0.003 - 1.0).abs() < 0.05, "{n:?}");
-    assert!(channel.fit.unwrap().from_s > 0.1, "{:?}", channel.fit);
+    let fit = channel.fit.unwrap();
+    let low_pass_hz = fit.low_pass_hz.unwrap();
+    assert!(
+        fit.from_s > 0.1 && (low_pass_hz / 2.0 - 1.0).abs() < 0.2,
+        "{fit:?}"
+    );
+}
+
+/// Behind a low-pass at 0.1 Hz the wander of the bias hides N.
+#[test]
+fn noise_behind_a_narrow_low_pass_is_not_visible() {
+    let channel = behind_a_low_pass(60_000, 0.1, 2e-4);
+    let missing = channel.missing(Term::N).unwrap();
+    assert!(missing.reason.contains("wider low-pass"), "{missing:?}");
+    assert!(missing.limit.record_s.is_none() && channel.n.is_none());
 }
 
 #[test]
@@ -161,22 +181,4 @@ fn noise_of_rounding_is_no_noise_of_the_sensor() {
         assert!((n.value / 0.003 - 1.0).abs() < off, "{step} {n:?}");
         assert!(n.low < 0.003 && 0.003 < n.high, "{step} {n:?}");
     }
-}
-
-/// Behind a low-pass at 0.1 Hz the wander of the bias hides N.
-#[test]
-fn noise_behind_a_narrow_low_pass_is_not_visible() {
-    let mut rng = rand_chacha::ChaCha8Rng::seed_from_u64(6);
-    let (mut state, mut walk) = (0.0, 0.0);
-    let mut sample = |_| {
-        let [white, step]: [f64; 2] = [(); 2].map(|()| StandardNormal.sample(&mut rng));
-        state += 0.0063 * (0.03 * white - state);
-        walk += 2e-4 * step;
-        state + walk
-    };
-    let samples: Vec<f64> = (0..60_000).map(&mut sample).collect();
-    let channel = noise_of_samples("ax", &samples, 0.01, 0.0);
-    let missing = channel.missing(Term::N).unwrap();
-    assert!(missing.reason.contains("wider low-pass"), "{missing:?}");
-    assert!(missing.record_s.is_none() && channel.n.is_none());
 }
