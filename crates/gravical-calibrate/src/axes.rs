@@ -4,9 +4,11 @@ use gravical_fit::Face;
 use serde::{Deserialize, Serialize};
 
 use crate::numfmt::AXES;
-use crate::poses::MAX_FACE_ANGLE_DEG;
 use crate::problem::Problem;
 use crate::{Error, Result};
+
+/// Angle to the nearest face up to which a pose is one on it, degrees.
+pub const MAX_FACE_ANGLE_DEG: f64 = 25.0;
 
 /// How the board sits in its case: row i says which board axis, with sign, is
 /// the case's axis i.

@@ -42,9 +42,7 @@ use face::{AxisMap, Claim, Face};
 use mean::{PoseMean, PoseNoise, pooled_noise, pose_mean};
 use sections::Section;
 
-/// A reading further than this from every axis is no face, degrees.
-#[doc(hidden)]
-pub const MAX_FACE_ANGLE_DEG: f64 = 25.0;
+pub use crate::axes::MAX_FACE_ANGLE_DEG;
 
 /// How a session is cut into poses.
 #[derive(Debug, Clone, Default, Deserialize)]

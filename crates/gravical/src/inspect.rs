@@ -2,12 +2,12 @@
 
 use std::ops::Range;
 
+use gravical_calibrate::poses::face::{AxisMap, CaseAxes, Face};
 use gravical_core::matrix3;
 use serde::Serialize;
 
 use crate::calibration_file::TemperatureModel;
 use crate::finding::{Case, Finding};
-use crate::poses::face::{AxisMap, CaseAxes, Face};
 use crate::poses::gyro_unit;
 use crate::poses::rests::{find_rests, why_never_static};
 use crate::poses::{MAX_FACE_ANGLE_DEG, is_too_short};

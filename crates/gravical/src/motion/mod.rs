@@ -63,7 +63,6 @@ pub use orientation::{Attitude, OrientationJudgement, OrientationResult, Orienta
 pub use result::*;
 pub use track::{MotionSample, MotionTable};
 pub use uncertainty::GravityMisfit;
-pub use verdict::{MotionJudgement, MotionVerdict};
 
 /// Motion of a recording: the result, and the samples behind it.
 #[derive(Debug, Clone)]

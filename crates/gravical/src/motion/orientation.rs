@@ -1,13 +1,12 @@
 //! How the sensor points: the attitude of a motion, without its position.
 
-use gravical_motion::SampleState;
-use nalgebra::{Quaternion, UnitQuaternion};
+use gravical_calibrate::recording::Finding;
+use gravical_calibrate::{Error, Result};
 use serde::Serialize;
 
+use super::Motion;
 use super::result::Computation;
-use super::{Motion, MotionSample};
-use crate::recording::Finding;
-use crate::{Error, Result};
+use super::track::MotionSample;
 
 /// Orientation over one recording: how it points at its end, and the largest uncertainties on the way.
 ///
@@ -81,11 +80,11 @@ impl Motion {
         let r = &self.result;
         let known = |value: f64| Some(value).filter(|v| v.is_finite());
         let attitude = |sample: MotionSample| {
-            let [tilt, heading] = attitude_sd_deg(&sample.state);
+            let [tilt, heading] = sample.attitude_sd_deg();
             Attitude {
                 t_s: sample.t_s,
                 quaternion: sample.state.attitude,
-                roll_pitch_yaw_deg: euler_deg(&sample.state),
+                roll_pitch_yaw_deg: sample.roll_pitch_yaw_deg(),
                 sigma_tilt_deg: known(tilt),
                 sigma_heading_deg: known(heading),
             }
@@ -93,7 +92,7 @@ impl Motion {
         let (mut ends, mut largest) = (None::<[MotionSample; 2]>, [0.0_f64; 2]);
         let (mut unknown, mut without_heading) = (0_u64, 0_u64);
         for sample in self.samples() {
-            let sd = attitude_sd_deg(&sample.state);
+            let sd = sample.attitude_sd_deg();
             unknown += u64::from(!sd[0].is_finite());
             without_heading += u64::from(!sd[1].is_finite());
             if sd[0].is_finite() {
@@ -135,18 +134,4 @@ impl Motion {
             findings: r.findings.clone(),
         })
     }
-}
-
-/// Roll, pitch and yaw of an attitude, degrees; NaN where it is not known.
-pub(super) fn euler_deg(state: &SampleState) -> [f64; 3] {
-    let [w, x, y, z] = state.attitude;
-    let (roll, pitch, yaw) =
-        UnitQuaternion::new_unchecked(Quaternion::new(w, x, y, z)).euler_angles();
-    [roll, pitch, yaw].map(f64::to_degrees)
-}
-
-/// Standard deviations of tilt and heading, degrees; NaN where they are not known.
-pub(super) fn attitude_sd_deg(state: &SampleState) -> [f64; 2] {
-    let [x, y, z] = state.attitude_sd_rad;
-    [x.hypot(y), z].map(f64::to_degrees)
 }

@@ -6,7 +6,6 @@ pub use gravical_motion::{Budget, Closure, Ends, NoiseAtRest};
 use serde::Serialize;
 
 use super::uncertainty::GravityMisfit;
-use super::verdict::MotionVerdict;
 use crate::recording::Finding;
 
 /// What was computed, and from what: the same for a motion and for its orientation.
@@ -58,6 +57,46 @@ pub struct MotionResult {
     pub uncalibrated: Option<FinalState>,
     /// What is odd.
     pub findings: Vec<Finding>,
+}
+
+/// The verdict on a motion, with its reasons.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct MotionVerdict {
+    /// In a word.
+    pub judgement: MotionJudgement,
+    /// Farthest distance from the start, m; null where no position is known.
+    pub size_m: Option<f64>,
+    /// Expanded uncertainty of the end (95 %, k = 2), m: of a single move along it, else on the worst axis; null
+    /// where it is not known.
+    pub expanded_m: Option<f64>,
+    /// The uncertainty over the size; null where one of them is not known.
+    pub ratio: Option<f64>,
+    /// Why.
+    pub reasons: Vec<String>,
+}
+
+/// The verdict in a word.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
+#[serde(rename_all = "kebab-case")]
+#[non_exhaustive]
+pub enum MotionJudgement {
+    /// The uncertainty is at most a tenth of the size.
+    Usable,
+    /// It is at most the size.
+    Rough,
+    /// It is larger, or a displacement is not known.
+    PositionNotKnown,
+    /// The recording ends without a rest: nothing tests its end.
+    Open,
+    /// Nothing moved that can be told from rest.
+    AtRest,
+}
+
+impl MotionJudgement {
+    /// A position at the end is known.
+    pub fn is_known(self) -> bool {
+        !matches!(self, Self::PositionNotKnown | Self::Open)
+    }
 }
 
 /// Sampling rates, Hz.

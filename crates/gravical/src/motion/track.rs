@@ -5,10 +5,10 @@ use std::ops::Range;
 
 use gravical_motion::SampleState;
 use gravical_recording::write::write_fixed;
+use nalgebra::{Quaternion, UnitQuaternion};
 
 use super::Motion;
 use super::estimate::Estimate;
-use super::orientation::{attitude_sd_deg, euler_deg};
 
 /// How much text is gathered before it is written.
 const CHUNK: usize = 1 << 18;
@@ -25,6 +25,23 @@ pub struct MotionSample {
     /// Attitude, acceleration, velocity and position, in the frame of the result, with their standard
     /// deviations where there are bands.
     pub state: SampleState,
+}
+
+impl MotionSample {
+    /// Roll, pitch and yaw, degrees: R = R_z(yaw) R_y(pitch) R_x(roll); NaN where they are not known.
+    pub fn roll_pitch_yaw_deg(&self) -> [f64; 3] {
+        let [w, x, y, z] = self.state.attitude;
+        let attitude = UnitQuaternion::new_unchecked(Quaternion::new(w, x, y, z));
+        let (roll, pitch, yaw) = attitude.euler_angles();
+        [roll, pitch, yaw].map(f64::to_degrees)
+    }
+
+    /// Standard deviations of tilt, the angle between the true and the estimated vertical, and heading, degrees; NaN
+    /// where they are not known.
+    pub fn attitude_sd_deg(&self) -> [f64; 2] {
+        let [x, y, z] = self.state.attitude_sd_rad;
+        [x.hypot(y), z].map(f64::to_degrees)
+    }
 }
 
 impl Motion {
@@ -123,7 +140,7 @@ static FORCE: Columns = columns("ax_mps2,ay_mps2,az_mps2", 6, |s, out| {
 static STILL: Columns = columns("still", 0, |s, out| out.push(f64::from(s.state.at_rest)));
 static ATTITUDE: Columns = columns("qw,qx,qy,qz", 8, |s, out| out.extend(s.state.attitude));
 static EULER: Columns = columns("roll_deg,pitch_deg,yaw_deg", 6, |s, out| {
-    out.extend(euler_deg(&s.state))
+    out.extend(s.roll_pitch_yaw_deg())
 });
 static LINEAR: Columns = columns("lin_ax_mps2,lin_ay_mps2,lin_az_mps2", 6, |s, out| {
     out.extend(s.state.acceleration_mps2)
@@ -139,7 +156,7 @@ static POSITION_SD: Columns = columns("sigma_px_m,sigma_py_m,sigma_pz_m", 6, |s,
     out.extend(s.state.position_sd_m)
 });
 static ATTITUDE_SD: Columns = columns("sigma_tilt_deg,sigma_heading_deg", 6, |s, out| {
-    out.extend(attitude_sd_deg(&s.state))
+    out.extend(s.attitude_sd_deg())
 });
 
 /// A table of the samples of a motion: a header, one row a sample, every column with its unit in its name.

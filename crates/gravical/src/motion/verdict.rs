@@ -1,14 +1,13 @@
 //! What a position is worth: its uncertainty by the distance that it went.
 
+use gravical_calibrate::numfmt::{digits, milli_g};
 use gravical_core::matrix3::norm;
 use gravical_motion::{Ends, PathNode};
 use nalgebra::{Quaternion, UnitQuaternion};
-use serde::Serialize;
 
 use super::estimate::Estimate;
-use super::result::{FinalState, Move, VisibleMove};
+use super::result::{FinalState, MotionJudgement, MotionVerdict, Move, VisibleMove};
 use super::uncertainty::GravityMisfit;
-use crate::numfmt::{digits, milli_g};
 
 /// Coverage factor of 95 %.
 const COVERAGE: f64 = 2.0;
@@ -18,46 +17,6 @@ const USABLE: f64 = 0.1;
 const SEEN: f64 = 4.0;
 /// A turn below this is said of no rest, degrees.
 const REPORTED_TURN_DEG: f64 = 2.0;
-
-/// The verdict on a motion, with its reasons.
-#[derive(Debug, Clone, PartialEq, Serialize)]
-pub struct MotionVerdict {
-    /// In a word.
-    pub judgement: MotionJudgement,
-    /// Farthest distance from the start, m; null where no position is known.
-    pub size_m: Option<f64>,
-    /// Expanded uncertainty of the end (95 %, k = 2), m: of a single move along it, else on the worst axis; null
-    /// where it is not known.
-    pub expanded_m: Option<f64>,
-    /// The uncertainty over the size; null where one of them is not known.
-    pub ratio: Option<f64>,
-    /// Why.
-    pub reasons: Vec<String>,
-}
-
-/// The verdict in a word.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
-#[serde(rename_all = "kebab-case")]
-#[non_exhaustive]
-pub enum MotionJudgement {
-    /// The uncertainty is at most a tenth of the size.
-    Usable,
-    /// It is at most the size.
-    Rough,
-    /// It is larger, or a displacement is not known.
-    PositionNotKnown,
-    /// The recording ends without a rest: nothing tests its end.
-    Open,
-    /// Nothing moved that can be told from rest.
-    AtRest,
-}
-
-impl MotionJudgement {
-    /// A position at the end is known.
-    pub fn is_known(self) -> bool {
-        !matches!(self, Self::PositionNotKnown | Self::Open)
-    }
-}
 
 impl MotionVerdict {
     pub(super) fn new(
