@@ -8,7 +8,7 @@ use gravical::poses::sections::Section;
 use gravical::poses::{SegmentOptions, Segmentation, segment};
 use gravical::recording::{Finding, ReadOptions, Recording, read_bytes};
 use gravical_report::document::Detail;
-use gravical_report::report;
+use gravical_report::{figure, report};
 
 /// Longer inputs only make a run slower.
 const MOST: usize = 64 << 10;
@@ -186,8 +186,10 @@ fn check_findings(findings: &[Finding], lines: u64) {
 
 fn check_session(recordings: &[Recording], options: &SegmentOptions) {
     for recording in recordings {
-        let report = report::inspection(&inspect(recording, &options.axes));
-        assert!(!report.to_text(Detail::Full).is_empty());
+        let found = inspect(recording, &options.axes);
+        let figures = figure::inspection::inspection(&found, recording);
+        let report = report::inspection(&found, &figures);
+        assert!(!report.to_html().is_empty() && !report.to_text(Detail::Full).is_empty());
     }
     check_segment(recordings, options);
     let options = CalibrateOptions {

@@ -20,9 +20,12 @@ use crate::text;
 
 #[derive(Debug, Default, clap::Args)]
 pub struct ReportArgs {
-    /// Page with figures (.html), or Markdown (.md) with a folder of them
+    /// Page with figures and tables to copy (.html)
     #[arg(long, value_name = "FILE")]
     report: Option<PathBuf>,
+    /// Folder for each figure as SVG
+    #[arg(long, value_name = "DIR")]
+    figures: Option<PathBuf>,
     /// Print all tables, notes and findings
     #[arg(short, long)]
     pub verbose: bool,
@@ -43,17 +46,17 @@ impl ReportArgs {
         self.report.is_some()
     }
 
-    /// The figures, drawn for a report only.
+    /// The figures, drawn for a report or their folder only.
     pub fn figures(&self, draw: impl FnOnce() -> Vec<Figure>) -> Vec<Figure> {
-        let report = self.report.as_ref();
-        report.map_or_else(Vec::new, |_| draw())
+        let wanted = self.report.as_ref().or(self.figures.as_ref());
+        wanted.map_or_else(Vec::new, |_| draw())
     }
 
     /// Checks everything that a command is going to write, before its work.
     ///
     /// # Errors
     ///
-    /// `report-target` (usage) for an unknown format; `same-target` (usage) for two results in one
+    /// `report-target` (usage) for what is no page; `same-target` (usage) for two results in one
     /// place; those of [`check_targets`] and [`check_figures`].
     pub fn check<'a>(
         &self,
@@ -62,10 +65,15 @@ impl ReportArgs {
         force: bool,
     ) -> Result<()> {
         let report = self.report.as_deref();
-        if let Some(folder) = report.map(figures_beside).transpose()?.flatten() {
-            check_figures(&folder, force)?;
-            if output.is_some_and(|output| place(output) == place(&folder)) {
-                return Err(same_target(&folder));
+        report.map_or(Ok(()), is_page)?;
+        if let Some(folder) = &self.figures {
+            check_figures(folder, force)?;
+            if output
+                .into_iter()
+                .chain(report)
+                .any(|file| place(file) == place(folder))
+            {
+                return Err(same_target(folder));
             }
         }
         let files = output.into_iter().chain(report).map(Path::to_owned);
@@ -79,14 +87,24 @@ impl ReportArgs {
     ///
     /// Those of [`write_report`].
     pub fn write(&self, force: bool, document: &Document<'_>) -> Result<()> {
+        if let Some(folder) = &self.figures {
+            let blocks = document.sections.iter().flat_map(|s| &s.blocks);
+            let figures = blocks.filter_map(|(_, block)| match block {
+                Block::Figure(figure) => Some(*figure),
+                _ => None,
+            });
+            write_figures(figures, folder, force)?;
+        }
         let write = |path: &PathBuf| write_report(path, force, document);
         self.report.as_ref().map_or(Ok(()), write)
     }
 
     /// Prints the path of the report on stderr, unless `quiet`.
     pub fn say(&self, quiet: bool) {
-        if let Some(path) = self.report.as_ref().filter(|_| !quiet) {
-            text::say(&format!("Report: {}", path_text(path)));
+        for (what, path) in [("Report", &self.report), ("Figures", &self.figures)] {
+            if let Some(path) = path.as_ref().filter(|_| !quiet) {
+                text::say(&format!("{what}: {}", path_text(path)));
+            }
         }
     }
 }
@@ -262,47 +280,29 @@ pub fn how_it_was_read(facts: Section<'static>, findings: &[Finding]) -> Documen
     Document::default().with(facts.with(findings.map(Block::Findings)))
 }
 
-/// The folder of the figures beside a report in Markdown; none for a page.
+/// Whether this is the name of a page.
 ///
 /// # Errors
 ///
 /// `report-target` (usage) for any other name, that of standard output included.
-fn figures_beside(path: &Path) -> Result<Option<PathBuf>> {
+fn is_page(path: &Path) -> Result<()> {
     let ending = path.extension().unwrap_or_default().to_ascii_lowercase();
     if ending == "html" || ending == "htm" {
-        return Ok(None);
+        return Ok(());
     }
-    if ending == "md" {
-        let mut name = path.file_stem().unwrap_or_default().to_owned();
-        name.push("_figures");
-        return Ok(Some(path.with_file_name(name)));
-    }
-    let text = "the format of the report is not clear from this name";
+    let text = "a report is a page";
     let error = Error::usage("report-target", text).at(path, None);
-    Err(error.with_hint("use a name that ends in .html or .md"))
+    Err(error.with_hint("use a name that ends in .html; --figures writes each figure as SVG"))
 }
 
-/// Writes the document in the format of the file name, atomically.
+/// Writes the page, atomically.
 ///
 /// # Errors
 ///
-/// `report-target` (usage) for an unknown format; those of [`write_text`] and [`write_figures`].
+/// `report-target` (usage) for another name; those of [`write_text`].
 pub fn write_report(path: &Path, force: bool, document: &Document<'_>) -> Result<()> {
-    let Some(folder) = figures_beside(path)? else {
-        return write_text(path, force, &document.to_html());
-    };
-    let blocks = document.sections.iter().flat_map(|s| &s.blocks);
-    let figures = blocks.filter_map(|(_, block)| match block {
-        Block::Figure(figure) => Some(*figure),
-        _ => None,
-    });
-    let figures: Vec<&Figure> = figures.collect();
-    let drawn = !figures.is_empty();
-    if drawn {
-        write_figures(figures, &folder, force)?;
-    }
-    let name = folder.file_name().unwrap_or_default().to_string_lossy();
-    write_text(path, force, &document.to_markdown(drawn.then_some(&*name)))
+    is_page(path)?;
+    write_text(path, force, &document.to_html())
 }
 
 /// Adds command, time and inputs of this run.

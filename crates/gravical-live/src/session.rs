@@ -528,7 +528,7 @@ impl Session {
             self.warn(&finding.message);
         }
         if gravity.source == GravitySource::Standard {
-            let text = "Local gravity is not known, so the scale is uncertain by 0.15 % (1σ): give the latitude, or the value.";
+            let text = "Local gravity is not known, so the scale is uncertain by 0.3 %: give the latitude, or the value.";
             self.emit(Event::Gravity(gravity), text);
         }
         self.progress_s = self.now_s;

@@ -11,7 +11,7 @@ use gravical::recording;
 use gravical::targets::check_targets;
 use gravical::{Error, Result, TOOL};
 use gravical_report::document::{Detail, Document};
-use gravical_report::figure::{self, Figure, svg};
+use gravical_report::figure::{self, Figure};
 use gravical_report::report;
 use numpy::PyArray1;
 use pyo3::prelude::*;
@@ -23,6 +23,9 @@ use crate::recording::{Recording, view};
 
 /// The recordings of a calibration, and their poses.
 type Session = Box<(Vec<recording::Recording>, gravical::poses::Segmentation)>;
+
+/// A document with these figures.
+type DocumentOf = Box<dyn for<'a> Fn(&'a [Figure]) -> Document<'a> + Send + Sync>;
 
 /// What was found, and what its figures need.
 pub enum Kind {
@@ -39,8 +42,8 @@ pub enum Kind {
         Arc<recording::Recording>,
         bool,
     ),
-    /// The report of any other verb, which has no figures.
-    Plain(Document<'static>),
+    /// The report of any other verb, of its figures.
+    Plain(DocumentOf, Vec<Figure>),
 }
 
 /// A result and its files.
@@ -96,7 +99,8 @@ impl Outcome {
             }
             Kind::Noise(result) => figure::noise::figures(result),
             Kind::Motion(motion, _) => figure::motion::figures(motion),
-            Kind::Orientation(..) | Kind::Plain(_) => Vec::new(),
+            Kind::Orientation(motion, ..) => figure::motion::orientation(motion),
+            Kind::Plain(_, figures) => figures.clone(),
         }
     }
 
@@ -105,8 +109,8 @@ impl Outcome {
             Kind::Calibration(file, _) => return report::calibration(file, None, figures),
             Kind::Noise(result) => report::noise(result, figures),
             Kind::Motion(motion, rows) => report::motion(&motion.result, rows, figures),
-            Kind::Orientation(_, result, rows, _) => report::orientation(result, rows),
-            Kind::Plain(document) => document.clone(),
+            Kind::Orientation(_, result, rows, _) => report::orientation(result, rows, figures),
+            Kind::Plain(document, _) => document(figures),
         };
         document.with_provenance(TOOL, None, &creation_time(), &self.inputs)
     }
@@ -151,21 +155,20 @@ impl Outcome {
     fn figures(&self, py: Python<'_>) -> Vec<(String, String, String, String)> {
         py.detach(|| {
             let drawn = self.draw_figures().into_iter().map(|f| {
-                let svg = svg::standalone(&f);
+                let svg = figure::standalone(&f);
                 (f.name, f.title, f.caption, svg)
             });
             drawn.collect()
         })
     }
 
-    /// The report: `html`, `md`, `txt`, or the text in short.
+    /// The report: `html`, `txt`, or the text in short.
     fn document(&self, py: Python<'_>, format: &str) -> String {
         py.detach(|| {
             let figures = self.draw_figures();
             let document = self.build_document(&figures);
             match format {
                 "html" => document.to_html(),
-                "md" => document.to_markdown(None),
                 "txt" => document.to_text(Detail::Full),
                 _ => document.to_text(Detail::Summary),
             }

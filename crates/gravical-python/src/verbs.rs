@@ -14,6 +14,7 @@ use gravical::simulate::{Scenario, SimulateOptions, simulate_to};
 use gravical::targets::check_targets;
 use gravical::{Error, Result, apply, calibrate, check, compare, denoise, inspect, motion, noise};
 use gravical_report::document::Document;
+use gravical_report::figure::{self, Figure};
 use gravical_report::report;
 use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
@@ -41,6 +42,16 @@ impl Call {
         let last = self.calibrations.pop();
         last.ok_or_else(|| Error::usage("usage", "there is no calibration"))
     }
+}
+
+/// A result whose document is drawn when it is asked for.
+fn plain<T: Send + Sync + 'static>(
+    result: &Arc<T>,
+    figures: Vec<Figure>,
+    document: for<'a> fn(&T, &'a [Figure]) -> Document<'a>,
+) -> Kind {
+    let result = result.clone();
+    Kind::Plain(Box::new(move |figures| document(&result, figures)), figures)
 }
 
 /// Runs a verb.
@@ -83,7 +94,10 @@ fn inspect(mut call: Call) -> Result<Outcome> {
     let rows = call.reading.one(|path, how| read(path, how))?;
     let found = inspect::inspect(&rows, &options.axes);
     let inputs = InputFile::of(from_ref(&*rows));
-    Outcome::new(Kind::Plain(report::inspection(&found)), &found, inputs)
+    let figures = figure::inspection::inspection(&found, &rows);
+    let found = Arc::new(found);
+    let document = plain(&found, figures, report::inspection);
+    Outcome::new(document, &*found, inputs)
 }
 
 fn calibrate(mut call: Call) -> Result<Outcome> {
@@ -136,7 +150,11 @@ fn apply(mut call: Call) -> Result<Outcome> {
     let said = format!("{}: {} rows calibrated", summary.input, summary.rows);
     let mut document = Document::new(&said).with_findings(&summary.findings, false);
     document.subject.push(said);
-    let mut outcome = Outcome::new(Kind::Plain(document), &summary, Vec::new())?;
+    let mut outcome = Outcome::new(
+        Kind::Plain(Box::new(move |_| document.clone()), Vec::new()),
+        &summary,
+        Vec::new(),
+    )?;
     outcome.table = table;
     Ok(outcome)
 }
@@ -176,8 +194,10 @@ fn denoise(mut call: Call) -> Result<Outcome> {
         Arc::unwrap_or_clone(call.reading.one(|path, how| read_samples(path, how))?);
     let inputs = InputFile::of(from_ref(&recording));
     let summary = denoise::denoise(&mut recording, &options)?;
-    let kind = Kind::Plain(report::denoise(&summary));
-    let mut outcome = Outcome::new(kind, &summary, inputs)?;
+    let figures = figure::denoise::denoise(&summary);
+    let summary = Arc::new(summary);
+    let kind = plain(&summary, figures, report::denoise);
+    let mut outcome = Outcome::new(kind, &*summary, inputs)?;
     outcome.filtered = Some(Arc::new(recording));
     Ok(outcome)
 }
@@ -205,7 +225,9 @@ fn check(mut call: Call) -> Result<Outcome> {
     let mut result = check::check(&file, &name, &rows, &options)?;
     result.findings.extend(left_out);
     let inputs = InputFile::of(&rows);
-    Outcome::new(Kind::Plain(report::check(&result)), &result, inputs)
+    let figures = figure::check::check(&result);
+    let result = Arc::new(result);
+    Outcome::new(plain(&result, figures, report::check), &*result, inputs)
 }
 
 fn compare(mut call: Call) -> Result<Outcome> {
@@ -214,8 +236,10 @@ fn compare(mut call: Call) -> Result<Outcome> {
     let (first, first_name) = call.calibration()?;
     let names = [first_name.as_str(), second_name.as_str()];
     let result = compare::compare(&first, &second, names)?;
-    let kind = Kind::Plain(report::comparison(&result));
-    Outcome::new(kind, &result, Vec::new())
+    let figures = figure::check::comparison(&result);
+    let result = Arc::new(result);
+    let kind = plain(&result, figures, report::comparison);
+    Outcome::new(kind, &*result, Vec::new())
 }
 
 fn motion(call: Call) -> Result<Outcome> {

@@ -2,8 +2,8 @@
 //!
 //! # Overview
 //!
-//! [`report`] presents each result as a [`document::Document`], which is written as text, HTML or
-//! Markdown; [`figure`] draws its figures. Nothing is computed here that is not in the result.
+//! [`report`] presents each result as a [`document::Document`], which is written as text or HTML;
+//! [`figure`] draws its figures. Nothing is computed here that is not in the result.
 //!
 //! # Example
 //!

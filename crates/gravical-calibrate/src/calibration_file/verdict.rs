@@ -36,8 +36,8 @@ impl Calibration {
                 let source = words(&tilt.source);
                 format!("; tilt of the face poses {:.2}°, {source}", tilt.value)
             });
-            let error = mg(error);
-            format!("predicted error of ‖a‖: {error} mg (1σ, over all directions{tilt})")
+            let error = mg(2.0 * error);
+            format!("predicted error of ‖a‖: {error} mg (95 %, mean over all directions{tilt})")
         }));
         let left_out = self.poses.iter().filter_map(|p| p.left_out_error_mps2);
         reasons.push(match r.left_out_rms_mps2.map(mg) {
@@ -140,7 +140,8 @@ impl Calibration {
         let angle_deg = angles.iter().fold(0.0_f64, |m, a| m.max(*a));
         let tilt_deg = self.reliability.pose_tilt_deg?.value;
         (angle_deg > OPEN_ANGLE_DEG).then(|| format!(
-        "face poses do not separate their tilt (σ {tilt_deg:.1}°) from misalignment: the angles between the axes are known to ±{angle_deg:.1}° (1σ); free poses determine them"
-    ))
+        "face poses do not separate their tilt (σ {tilt_deg:.1}°) from misalignment: the angles between the axes are known to ±{:.1}°; free poses determine them",
+            2.0 * angle_deg
+        ))
     }
 }

@@ -96,8 +96,8 @@ gravical_recording::findings! {
             "{pose} is named a face but lies {angle_deg:.1}° off it, much further than the others: taken as a free pose, unless it is given as a face";
     "missing-face" Gate "only face poses, and one of the six faces is missing" / "computed; the message gives the uncertainty of the magnitude with that face up" / "record that face, or any free poses":
         MissingFaces { sd_mps2: Vec<(String, f64)> } =>
-            "{} of six faces are there; the magnitude is known badly with {} (1σ). Record what is missing, or oblique poses",
-            6 - sd_mps2.len(), list(sd_mps2, |(face, sd)| format!("{face} up: ±{:.0} mg", milli_g(*sd)));
+            "{} of six faces are there; the magnitude is known only to {}. Record what is missing, or oblique poses",
+            6 - sd_mps2.len(), list(sd_mps2, |(face, sd)| format!("{face} up: ±{:.0} mg", milli_g(2.0 * *sd)));
     "few-orientations" Gate "many poses without a face, as in days of wear, and none beyond ±0.3 g on some side of an axis" / "computed; the message gives the range of each axis" / "record longer, or turn the sensor so that each axis points up and down for a while":
         FewOrientations { ranges_g: [[f64; 2]; 3], least_g: f64 } =>
             "not enough orientations: only {} are covered; each axis has to be beyond ±{least_g} g on both sides",

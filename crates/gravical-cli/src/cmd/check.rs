@@ -7,7 +7,7 @@ use gravical::calibration_file::InputFile;
 use gravical::check::{CheckOptions, check};
 use gravical::recording::ReadOptions;
 use gravical::session::read_session;
-use gravical_report::report;
+use gravical_report::{figure, report};
 
 use crate::calibration::{OriginArgs, files_of};
 use crate::failure::quality;
@@ -65,7 +65,8 @@ pub fn run(args: &Args) -> anyhow::Result<ExitCode> {
     result.findings.extend(left_out);
     let mut inputs = InputFile::of(&recordings);
     inputs.push(file);
-    let document = with_origin(report::check(&result), &inputs);
+    let figures = args.result.report.figures(|| figure::check::check(&result));
+    let document = with_origin(report::check(&result, &figures), &inputs);
     args.result.present(&result, &document)?;
     Ok(quality(result.verdict.judgement.is_change()))
 }

@@ -5,7 +5,7 @@ use std::process::ExitCode;
 
 use gravical::calibration_file::Calibration;
 use gravical::compare::compare;
-use gravical_report::report::comparison;
+use gravical_report::{figure, report};
 
 use crate::failure::quality;
 use crate::report::{ResultArgs, with_origin};
@@ -37,7 +37,11 @@ pub fn run(args: &Args) -> anyhow::Result<ExitCode> {
     let (a, first) = Calibration::read_with_input(&args.first)?;
     let (b, second) = Calibration::read_with_input(&args.second)?;
     let result = compare(&a, &b, [&first.path, &second.path])?;
-    let document = with_origin(comparison(&result), &[first, second]);
+    let figures = args
+        .result
+        .report
+        .figures(|| figure::check::comparison(&result));
+    let document = with_origin(report::comparison(&result, &figures), &[first, second]);
     args.result.present(&result, &document)?;
     Ok(quality(result.verdict.judgement.is_change()))
 }

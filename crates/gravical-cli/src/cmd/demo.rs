@@ -132,7 +132,8 @@ fn summary(folder: &Path) -> anyhow::Result<String> {
     let numbers = [
         format!("leave-one-out error of ‖a‖ at rest: {left_out} rms; uncalibrated {uncalibrated}"),
         format!(
-            "displacement along y: {y:.4} ± {sigma:.4} m (1σ); true {:.4} m",
+            "displacement along y: {y:.4} ± {:.4} m (95 %); true {:.4} m",
+            2.0 * sigma,
             truth[1]
         ),
         format!(

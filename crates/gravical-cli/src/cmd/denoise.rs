@@ -5,7 +5,7 @@ use std::process::ExitCode;
 
 use gravical::denoise::{DenoiseOptions, denoise_file};
 use gravical::recording::ReadOptions;
-use gravical_report::report;
+use gravical_report::{figure, report};
 
 use crate::options::reading;
 use crate::report::{ReportArgs, TableArgs, with_origin};
@@ -54,7 +54,8 @@ pub fn run(args: &Args) -> anyhow::Result<ExitCode> {
     let read_options = reading(&args.recording, args.report.is_wanted());
     let (summary, inputs) =
         output.write(|out| denoise_file(&args.input, &read_options, &args.options, out))?;
-    let document = with_origin(report::denoise(&summary), &inputs);
+    let figures = args.report.figures(|| figure::denoise::denoise(&summary));
+    let document = with_origin(report::denoise(&summary, &figures), &inputs);
     args.report.write(output.force, &document)?;
     let done = format!("{}: {} rows filtered", summary.input, summary.rows);
     output.print_summary(&summary, &done, &document, args.report.verbose)?;

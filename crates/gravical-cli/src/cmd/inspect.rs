@@ -10,7 +10,7 @@ use gravical::poses::SegmentOptions;
 use gravical::recording::{ReadOptions, read, read_joined};
 use gravical::session::{files_in, is_something_else, read_listed, several_with_gyro};
 use gravical_report::document::flag;
-use gravical_report::report;
+use gravical_report::{figure, report};
 
 use crate::failure::RenderedError;
 use crate::options::reading;
@@ -84,7 +84,8 @@ pub fn run(args: &Args) -> anyhow::Result<ExitCode> {
             }
         };
         let inspection = inspect(&recording, &args.options.axes);
-        let document = report::inspection(&inspection);
+        let figures = report.figures(|| figure::inspection::inspection(&inspection, &recording));
+        let document = report::inspection(&inspection, &figures);
         let document = with_origin(document, &InputFile::of(&[recording]));
         if *json {
             report.write(args.result.force, &document)?;

@@ -3,7 +3,7 @@
 use std::process::ExitCode;
 
 use gravical::motion::OrientationJudgement;
-use gravical_report::report;
+use gravical_report::{figure, report};
 
 use super::motion::SourceArgs;
 use crate::failure::quality;
@@ -42,7 +42,8 @@ pub fn run(args: &Args) -> anyhow::Result<ExitCode> {
     let (motion, recording, inputs) = args.source.compute(output, report)?;
     let result = motion.orientation()?;
     output.write_table(&motion.orientation_table(args.acceleration))?;
-    let document = with_origin(report::orientation(&result, &recording), &inputs);
+    let figures = report.figures(|| figure::motion::orientation(&motion));
+    let document = with_origin(report::orientation(&result, &recording, &figures), &inputs);
     report.write(output.force, &document)?;
     let done = format!("{}: {} rows", result.computation.input, motion.rows());
     output.print_summary(&result, &done, &document, report.verbose)?;

@@ -32,8 +32,8 @@ fn it_calibrates_moves_and_reports_and_loses_nothing_of_an_earlier_run() {
 
     // The README shows a figure of it. `GRAVICAL_BLESS=1` writes that anew.
     let line = "motion gravical-demo/line/line.csv -c gravical-demo/calibration.json";
-    ends(at, &format!("{line} --report drawn.md --json --quiet"), 0);
-    let drawn = read(at, "drawn_figures/position.svg");
+    ends(at, &format!("{line} --figures drawn --json --quiet"), 0);
+    let drawn = read(at, "drawn/position.svg");
     let shown = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../docs/images/position.svg");
     if std::env::var_os("GRAVICAL_BLESS").is_some() {
         fs::write(&shown, &drawn).unwrap();

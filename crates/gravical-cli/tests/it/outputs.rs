@@ -37,7 +37,7 @@ fn refused(folder: &Path, line: &str, code: &str) {
 const REFUSED: &str = "\
 motion line.csv -o a.html --report a.html --force: same-target
 motion line.csv -o a.html --report ./a.html: same-target
-motion line.csv -o f_figures --report f.md: same-target
+motion line.csv -o f_figures --figures f_figures: same-target
 calibrate d/poses/poses.csv -o c.html --report c.html: same-target
 motion line.csv -o t.csv --report nope/x.html: no-folder
 calibrate d/poses/poses.csv -o no/such/c.json: no-folder
@@ -47,7 +47,7 @@ motion line.csv -o t.csv --report -: report-target
 calibrate d/poses/poses.csv --report page.pdf: report-target
 motion line.csv -o t.csv --report page.html.gz: report-target
 motion line.csv -o t.csv --report there.html: exists
-motion line.csv -o t.csv --report drawn.md: exists";
+motion line.csv -o t.csv --figures drawn_figures: exists";
 
 #[test]
 fn what_cannot_be_written_is_said_before_the_work() {
@@ -57,7 +57,7 @@ fn what_cannot_be_written_is_said_before_the_work() {
         fs::create_dir(at.join(name)).unwrap();
     }
     write(at, "there.html", "mine");
-    let figure = "<svg xmlns=\"http://www.w3.org/2000/svg\" class=\"gv\" width=\"9\"/>";
+    let figure = "<svg xmlns=\"http://www.w3.org/2000/svg\" class=\"gravical\" width=\"9\"/>";
     write(at, "drawn_figures/position.svg", figure);
     for row in REFUSED.lines() {
         let (line, code) = row.split_once(": ").unwrap();
@@ -73,19 +73,19 @@ calibrate live -o: live/recording.csv live/session.ndjson
 calibrate line.csv --gyro o.csv -o: o.csv
 calibrate line.csv --sections o.csv -o: o.csv
 calibrate line.csv --thermal o.csv -o: o.csv
-calibrate o.md --report: o.md
+calibrate o.html --report: o.html
 calibrate --each s --summary: s/x_up.csv s/notes.txt
 calibrate --each live line.csv --summary: live/recording.csv line.csv
 calibrate --each @list --summary: list s/x_up.csv
 calibrate --each s --sections sections.csv --summary: sections.csv
 calibrate --each s --thermal line.csv --summary: line.csv
-check o.md line.csv --report: o.md
-check cals o.md --report: o.md
-check cal.json line.csv --gyro o.md --report: o.md
-inspect o.md --report: o.md
-inspect line.csv --gyro o.md --report: o.md
-compare o.md cal.json --report: o.md
-compare cal.json o.md --report: o.md
+check o.html line.csv --report: o.html
+check cals o.html --report: o.html
+check cal.json line.csv --gyro o.html --report: o.html
+inspect o.html --report: o.html
+inspect line.csv --gyro o.html --report: o.html
+compare o.html cal.json --report: o.html
+compare cal.json o.html --report: o.html
 apply cal.json line.csv -o: cal.json line.csv
 apply cals line.csv -o: cals/cal.json
 apply cal.json line.csv --gyro o.csv -o: o.csv
@@ -93,14 +93,14 @@ apply cal.json line.csv o.csv -o out --summary: cal.json o.csv
 apply cal.json --each s -o out --summary: s/x_up.csv
 convert line.csv -o: line.csv
 denoise line.csv --filter savgol:5,2 -o: line.csv
-denoise o.md --filter savgol:5,2 --report: o.md
+denoise o.html --filter savgol:5,2 --report: o.html
 noise line.csv -o: line.csv
-noise o.md --report: o.md
+noise o.html --report: o.html
 export cal.json --to imucal -o: cal.json
 motion line.csv -c cal.json -o: line.csv cal.json
 motion line.csv -c cals -o: cals/cal.json
 motion line.csv --gyro o.csv -o: o.csv
-motion line.csv -c o.md --report: o.md
+motion line.csv -c o.html --report: o.html
 live --replay line.csv -o: line.csv
 live --replay line.csv --events: line.csv
 live --resume live --events: live/recording.csv
@@ -114,7 +114,7 @@ fn what_is_read_is_never_replaced() {
     for name in ["s", "cals", "live", "out"] {
         fs::create_dir(at.join(name)).unwrap();
     }
-    for name in ["s/x_up.csv", "live/recording.csv", "o.csv", "o.md"] {
+    for name in ["s/x_up.csv", "live/recording.csv", "o.csv", "o.html"] {
         fs::copy(at.join("line.csv"), at.join(name)).unwrap();
     }
     fs::copy(at.join("cal.json"), at.join("cals/cal.json")).unwrap();

@@ -20,7 +20,7 @@ fn a_motion_names_and_sums_everything_that_went_in() {
     }
 }
 
-/// Every verb that has a document writes it in both forms.
+/// Every verb that has a document writes it as a page, with figures.
 #[test]
 fn every_verb_reports() {
     let folder = tempfile::tempdir().unwrap();
@@ -33,27 +33,30 @@ fn every_verb_reports() {
         "denoise line/line.csv --filter savgol:5,2 -o smooth.csv",
         "calibrate poses/poses.csv",
         "motion line/line.csv -c cal.json -o moved.csv",
+        "orient line/line.csv -c cal.json -o turned.csv",
     ];
     for (i, line) in lines.iter().enumerate() {
-        for ending in ["html", "md"] {
-            let name = format!("report{i}.{ending}");
-            let line = format!("{line} --report {name} --force --json");
-            let run = run_in(path, words(&line));
-            assert!([0, 4].contains(&run.code), "{line}{}{}", run.out, run.err);
-            let text = read(path, &name);
-            let inputs = ["line.csv", "cal.json", "poses.csv"];
-            assert!(inputs.iter().any(|input| text.contains(input)), "{line}");
-            assert!(text.contains(&format!("report{i}")), "its command: {line}");
-            // Every figure that Markdown links to is there.
-            for link in text.split("](<").skip(1).filter(|_| ending == "md") {
-                let link = link.split(">)").next().unwrap();
-                assert!(link.starts_with(&format!("report{i}_figures/")), "{link}");
-                assert!(path.join(link).is_file(), "{link}");
-            }
-            let figures = path.join(format!("report{i}_figures")).is_dir();
-            assert_eq!(figures, ending == "md" && i > 3, "{line}");
-        }
+        let line = format!("{line} --report report{i}.html --figures figures{i} --force --json");
+        let run = run_in(path, words(&line));
+        assert!([0, 4].contains(&run.code), "{line}{}{}", run.out, run.err);
+        let text = read(path, &format!("report{i}.html"));
+        let inputs = ["line.csv", "cal.json", "poses.csv"];
+        assert!(inputs.iter().any(|input| text.contains(input)), "{line}");
+        assert!(
+            text.contains(&format!("--report report{i}")),
+            "its command: {line}"
+        );
+        // Each figure of the page is a file.
+        let files = listed(&path.join(format!("figures{i}")));
+        let drawn = text.matches("<figure id=").count();
+        assert!(drawn > 0 && files.len() == drawn, "{line}: {files:?}");
     }
-    let two = "inspect line/line.csv poses/poses.csv --report two.md";
+    let two = "inspect line/line.csv poses/poses.csv --report two.html";
     fails(path, two, 2, "report-of-one");
+    fails(
+        path,
+        "inspect line/line.csv --report page.md",
+        2,
+        "report-target",
+    );
 }

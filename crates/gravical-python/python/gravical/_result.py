@@ -115,11 +115,11 @@ class Result(Record):
 
     def report(self, path: Path | None = None, *, force: bool = False) -> str:
         """The report in full, as text; written to ``path``, too: ``.html`` is a page with everything in
-        it, ``.md`` Markdown and ``.txt`` text, both without figures."""
+        it, ``.txt`` text without figures."""
         ending = "txt" if path is None else os.path.splitext(os.fspath(path))[1].lower().lstrip(".")
         ending = "html" if ending == "htm" else ending
-        if ending not in ("html", "md", "txt"):
-            hint = "name a file that ends in .html, .md or .txt"
+        if ending not in ("html", "txt"):
+            hint = "name a file that ends in .html or .txt"
             message = f"a report is not written as {ending or 'a file without an ending'}"
             raise UsageError(message, "report-target", hint)
         text = str(self._computed().document(ending))

@@ -1,8 +1,8 @@
-//! A document for each result, with three renderings.
+//! A document for each result, with two renderings.
 //!
 //! A [`Document`] consists of sentences, tables of numbers, figures, findings and a verdict.
 //! [`Document::to_text`] renders it for a terminal of 80 columns, [`Document::to_html`] as a
-//! self-contained page, [`Document::to_markdown`] for use in other reports.
+//! self-contained page.
 //! [`report`](crate::report) builds the documents. Renderings differ in their amount
 //! ([`Detail`]), not in numbers or sentences.
 //!
@@ -19,7 +19,6 @@
 
 mod findings;
 mod html;
-mod markdown;
 mod text;
 
 #[cfg(test)]
@@ -35,6 +34,12 @@ use crate::figure::{Figure, XYZ};
 use gravical::calibration_file::Grade;
 use gravical::finding::Finding;
 use gravical::numfmt::fixed;
+
+/// The section of method and uncertainty; a page adds the reasons of the verdict.
+pub(crate) const HOW: &str = "How do you know?";
+
+/// Coverage factor of what people read: 95 %.
+pub(crate) const COVERAGE: f64 = 2.0;
 
 /// Rows of a table at most, and in a summary.
 const MAX_ROWS: usize = 200;
@@ -59,6 +64,8 @@ pub struct Document<'a> {
     pub title: String,
     /// Subject in one or two lines; a text begins with them.
     pub subject: Vec<String>,
+    /// What was judged, of a page: name, value, remark.
+    pub certificate: Vec<[String; 3]>,
     /// How good it is. A page begins with it, a text ends with it.
     pub verdict: Option<Verdict>,
     /// The rest, in order.
@@ -70,8 +77,14 @@ pub struct Document<'a> {
 pub struct Verdict {
     /// Which sign and colour it has.
     pub grade: Grade,
-    /// The verdict in a word or two.
+    /// The verdict in a word or two; empty where nothing is judged, of which a text says nothing.
     pub word: String,
+    /// One number, the heading of a page, and what stands small beside it; by default the conclusion.
+    pub headline: Option<[String; 2]>,
+    /// What proves the headline, in a sentence or two of a page; by default the first reason.
+    pub proof: Vec<String>,
+    /// At most three numbers that answer other questions, of a page, and what they are.
+    pub numbers: Vec<[String; 2]>,
     /// One sentence that sums it up; by default the first reason.
     pub conclusion: Option<String>,
     /// Why, in sentences.
@@ -85,8 +98,21 @@ pub struct Verdict {
 pub struct Section<'a> {
     /// Its heading; in lower case, with hyphens, its anchor in a page.
     pub title: &'static str,
+    /// Where it stands on a page.
+    pub place: Place,
     /// Its content, each block from this detail on.
     pub blocks: Vec<(Detail, Block<'a>)>,
+}
+
+/// Where a section stands on a page.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub enum Place {
+    /// In sight, over so many of twelve columns.
+    Card(u8),
+    /// Folded, with a note of what is in it.
+    Fold(String),
+    /// In the foot.
+    Foot,
 }
 
 /// A piece of a section.
@@ -104,8 +130,8 @@ pub enum Block<'a> {
     Table(Table),
     /// A figure.
     Figure(&'a Figure),
-    /// Code to copy: name of the language, its name after a Markdown fence, lines.
-    Code(&'static str, &'static str, String),
+    /// Code to copy: name of the language, lines.
+    Code(&'static str, String),
     /// Findings.
     Findings(Vec<Remark>),
 }
@@ -135,8 +161,26 @@ pub struct Column {
 pub enum Cell {
     /// Words.
     Text(String),
-    /// A number and its standard uncertainty, with significant digits and a hyphen as minus sign.
+    /// A number and its expanded uncertainty (95 %), with significant digits and a hyphen as minus sign.
     Number(String, Option<String>),
+    /// A share in percent, which a page draws.
+    Share(f64),
+}
+
+impl Verdict {
+    /// What a page says where nothing is judged.
+    pub(crate) fn without_word(text: String) -> Self {
+        Verdict {
+            grade: Grade::NotVerifiable,
+            word: String::new(),
+            headline: None,
+            proof: Vec::new(),
+            numbers: Vec::new(),
+            conclusion: Some(text),
+            reasons: Vec::new(),
+            next: Vec::new(),
+        }
+    }
 }
 
 impl<'a> Document<'a> {
@@ -164,6 +208,7 @@ impl<'a> Document<'a> {
             0 => Block::Paragraph("None.".to_owned()),
             _ => Block::Findings(remarks),
         });
+        let section = section.folded(findings.len().to_string());
         self.with(section.with((more > 0).then(|| Block::Note(left_out(more)))))
     }
 }
@@ -178,8 +223,21 @@ impl<'a> Section<'a> {
     pub fn new(title: &'static str) -> Self {
         Section {
             title,
+            place: Place::Card(12),
             blocks: Vec::new(),
         }
+    }
+
+    /// In sight on a page, over so many of twelve columns.
+    pub fn wide(mut self, columns: u8) -> Self {
+        self.place = Place::Card(columns);
+        self
+    }
+
+    /// Folded on a page, with a note of what is in it.
+    pub fn folded(mut self, note: impl Into<String>) -> Self {
+        self.place = Place::Fold(note.into());
+        self
     }
 
     /// With a block that every rendering has, unless there is none.
@@ -286,7 +344,7 @@ impl Table {
     /// Whether this column holds numbers, which are right-aligned.
     fn is_numeric(&self, column: usize) -> bool {
         let mut cells = self.rows.iter().filter_map(|r| r.get(column));
-        cells.any(|c| matches!(c, Cell::Number(..)))
+        cells.any(|c| matches!(c, Cell::Number(..) | Cell::Share(_)))
     }
 
     /// The rows of this detail, and how many are left out.
@@ -321,9 +379,10 @@ impl Cell {
         std::array::from_fn(|k| Cell::maybe(values.map(|v| v[k]), &text))
     }
 
-    /// With its standard uncertainty, where that is known.
+    /// With twice this standard uncertainty, where that is known: every ± is 95 %.
     pub fn plus_minus(self, sigma: Option<f64>, decimals: usize) -> Self {
-        let sigma = sigma.filter(|s| s.is_finite()).map(|s| fixed(s, decimals));
+        let sigma = sigma.filter(|s| s.is_finite());
+        let sigma = sigma.map(|s| fixed(COVERAGE * s, decimals));
         match self {
             Cell::Number(text, _) => Cell::Number(text, sigma),
             other => other,
@@ -335,6 +394,7 @@ impl Cell {
         match self {
             Cell::Text(text) | Cell::Number(text, None) => text.clone(),
             Cell::Number(text, Some(sd)) => format!("{text} ± {sd}"),
+            Cell::Share(share) => format!("{share:.0}"),
         }
     }
 }

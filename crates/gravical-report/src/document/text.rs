@@ -20,12 +20,13 @@ impl Document<'_> {
     /// are placed below their values. Figures are left out.
     pub fn to_text(&self, detail: Detail) -> String {
         let mut out: String = self.subject.iter().map(|l| paragraph("", l)).collect();
-        if let Some(v) = &self.verdict {
+        let verdict = self.verdict.as_ref().filter(|v| !v.word.is_empty());
+        if let Some(v) = verdict {
             let text = v.conclusion.as_ref().or(v.reasons.first());
             out += &paragraph("", &format!("{}: {}", v.word, text.map_or("", |t| t)));
         }
         out.extend(self.sections.iter().map(|s| section_text(s, detail)));
-        out.extend(self.verdict.as_ref().map(verdict_text));
+        out.extend(verdict.map(verdict_text));
         out
     }
 }
@@ -60,7 +61,7 @@ fn block_text(block: &Block<'_>, detail: Detail) -> String {
         }
         Block::Table(table) => table_text(table, detail),
         Block::Figure(_) => String::new(),
-        Block::Code(language, _, code) => {
+        Block::Code(language, code) => {
             let code = code.trim_end().replace('\n', "\n    ");
             format!("  {language}\n    {code}\n")
         }

@@ -9,7 +9,7 @@ use std::path::{Path, PathBuf};
 use gravical::output::{make_folder, write_text};
 use gravical::{Error, Result};
 
-use super::{Figure, svg};
+use super::{Figure, draw};
 use crate::problem::Problem;
 
 /// Whether figures can be written to `folder`, before the work that they need.
@@ -33,7 +33,7 @@ fn figures_in(folder: &Path) -> Vec<PathBuf> {
     let entries = std::fs::read_dir(folder).into_iter().flatten().flatten();
     let is_figure = |path: &PathBuf| {
         let is_svg = path.extension().is_some_and(|ending| ending == "svg");
-        is_svg && std::fs::read(path).is_ok_and(|text| text.starts_with(svg::BEGIN.as_bytes()))
+        is_svg && std::fs::read(path).is_ok_and(|text| text.starts_with(draw::BEGIN.as_bytes()))
     };
     let paths = entries.map(|entry| entry.path());
     paths.filter(is_figure).collect()
@@ -61,7 +61,7 @@ pub fn write_figures<'a>(
         return Err(Problem::ForeignFile.error().at(path, None));
     }
     for (path, figure) in figures {
-        write_text(&path, force, &svg::standalone(figure))?;
+        write_text(&path, force, &draw::standalone(figure))?;
         earlier.retain(|p| *p != path);
     }
     for path in earlier {

@@ -1,193 +1,231 @@
-//! Figures of a motion.
-
-use std::f64::consts::PI;
+//! Figures of a motion and of an orientation.
 
 use gravical::motion::{Motion, MotionSample, SampleState};
 
-use super::panel::{Axis, Figure, Panel, Role, Series, XYZ};
-use super::svg::extent;
+use super::panel::{Axis, Drawing, Figure, Panel, Role, Series, XYZ, extent};
+use super::space::track;
+
+/// Bands are in view as far as this many times what the lines reach: wider ones would leave nothing else to see.
+const ROOM: f64 = 1.5;
 
 /// All figures that a result allows. Where nothing moved there is the acceleration; what is not
 /// known is left out.
 pub fn figures(motion: &Motion) -> Vec<Figure> {
-    let (result, is_calibrated) = (
-        &motion.result,
-        motion.result.computation.calibration.is_some(),
-    );
-    let samples: Vec<MotionSample> = motion.samples().collect();
-    let uncalibrated = motion.uncalibrated_states();
-    let uncalibrated = uncalibrated.map(Iterator::collect::<Vec<SampleState>>);
-    let t_s: Vec<f64> = samples.iter().map(|s| s.t_s).collect();
-    let breaks: Vec<usize> = motion.breaks().collect();
-    let path = |name: &'static str, role: Role, values: Vec<[f64; 3]>| Path {
-        name,
-        role,
-        t_s: &t_s,
-        breaks: &breaks,
-        values,
-    };
-    let name = if is_calibrated {
-        "calibrated"
-    } else {
-        "without a calibration"
-    };
-    let of_samples = |name: &'static str, role: Role, vector: fn(&MotionSample) -> [f64; 3]| {
-        path(name, role, samples.iter().map(vector).collect())
-    };
-    // Of the states: without the calibration, where there is one, and of the result.
-    let of_states = |vector: fn(&SampleState) -> [f64; 3]| -> Vec<Path<'_>> {
-        let plain = uncalibrated.iter().map(|states| {
-            let values = states.iter().map(vector).collect();
-            path("uncalibrated", Role::Raw, values)
-        });
-        let values = samples.iter().map(|s| vector(&s.state)).collect();
-        plain.chain([path(name, Role::Result, values)]).collect()
-    };
-    let rests = result
-        .computation
-        .rests
-        .iter()
-        .map(|s| [s.start_s, s.end_s]);
-    let rests = Series::intervals("at rest", &rests.collect::<Vec<_>>());
-
-    let mut forces = vec![of_samples(name, Role::Result, |s| s.force_mps2)];
+    let drawn = Drawn::new(motion);
+    let is_calibrated = motion.result.computation.calibration.is_some();
+    let mut force = vec![drawn.of_samples("measured", Role::Result, |s| s.force_mps2)];
     if is_calibrated {
-        forces.insert(0, of_samples("raw", Role::Raw, |s| s.raw_mps2));
+        force[0].name = "calibrated";
+        force.insert(0, drawn.of_samples("raw", Role::Raw, |s| s.raw_mps2));
     }
-    let caption = "Specific force in sensor axes, including gravity. Rests are shaded.";
-    let names = ["acceleration", "Acceleration", "m/s²"];
-    let acceleration = over_time(&rests, names, caption, &forces, None);
-    if result.moves.is_empty() {
-        return acceleration.into_iter().collect();
+    let force = drawn.over_time("acceleration", "Specific force", "m/s²", &force, None);
+    if motion.result.moves.is_empty() {
+        return force.into_iter().collect();
     }
-
-    let banded = |title: &str, unit: &str, paths: &[Path<'_>], sigma: &[[f64; 3]]| {
-        let name = title.to_lowercase();
-        let caption = format!(
-            "{title} in the frame of the result. The band, where it is known, is twice the predicted standard uncertainty; it is cut off where it is much wider than the motion."
-        );
-        over_time(&rests, [&name, title, unit], &caption, paths, Some(sigma))
+    let plain = motion.uncalibrated_states();
+    let plain = plain
+        .map(Iterator::collect::<Vec<SampleState>>)
+        .unwrap_or_default();
+    // Of the states: without the calibration, where there is one, and of the result.
+    let of_states = |vector: fn(&SampleState) -> [f64; 3]| -> Vec<Vectors> {
+        let without = plain.iter().map(vector).collect();
+        let without = Vectors {
+            name: "uncalibrated",
+            role: Role::Raw,
+            values: without,
+        };
+        let own = drawn.samples.iter().map(|s| vector(&s.state)).collect();
+        let own = Vectors {
+            name: "result",
+            role: Role::Result,
+            values: own,
+        };
+        let without = Some(without).filter(|v| !v.values.is_empty());
+        without.into_iter().chain([own]).collect()
     };
     let positions = of_states(|s| s.position_m);
-    let sigma: Vec<[f64; 3]> = samples.iter().map(|s| s.state.position_sd_m).collect();
-    let speed_sigma: Vec<[f64; 3]> = samples.iter().map(|s| s.state.velocity_sd_mps).collect();
-    let velocities = of_states(|s| s.velocity_mps);
-    let accelerations = of_samples(name, Role::Result, |s| s.state.acceleration_mps2);
-    let frame = &result.computation.frame;
-    let caption = format!("Acceleration without gravity, in the frame of the result ({frame}).");
-    let names = ["motion-acceleration", "Acceleration of the motion", "m/s²"];
+    let sd = |vector: fn(&SampleState) -> [f64; 3]| -> Vec<[f64; 3]> {
+        drawn.samples.iter().map(|s| vector(&s.state)).collect()
+    };
+    let position_sd = sd(|s| s.position_sd_m);
+    let space = path(&drawn, &positions, &position_sd);
+    let (velocities, velocity_sd) = (of_states(|s| s.velocity_mps), sd(|s| s.velocity_sd_mps));
+    let linear = drawn.of_samples("result", Role::Result, |s| s.state.acceleration_mps2);
     let all = [
-        banded("Position", "m", &positions, &sigma),
-        trajectory(&positions, &sigma),
-        banded("Velocity", "m/s", &velocities, &speed_sigma),
-        acceleration,
-        over_time(&rests, names, &caption, &[accelerations], None),
+        space,
+        drawn.over_time("position", "Position", "m", &positions, Some(&position_sd)),
+        drawn.over_time(
+            "velocity",
+            "Velocity",
+            "m/s",
+            &velocities,
+            Some(&velocity_sd),
+        ),
+        drawn.over_time(
+            "motion-acceleration",
+            "Acceleration without gravity",
+            "m/s²",
+            &[linear],
+            None,
+        ),
+        force,
     ];
     all.into_iter().flatten().collect()
 }
 
-/// First and last that is known.
-fn ends(vectors: &[[f64; 3]]) -> Option<[[f64; 3]; 2]> {
-    let is_known = |v: &&[f64; 3]| v.iter().all(|v| v.is_finite());
-    let first = vectors.iter().find(is_known)?;
-    Some([*first, *vectors.iter().rfind(is_known)?])
+/// Those of its orientation: roll, pitch and yaw with their bands, and where the vertical points.
+pub fn orientation(motion: &Motion) -> Vec<Figure> {
+    let drawn = Drawn::new(motion);
+    let angles = |s: &MotionSample| s.roll_pitch_yaw_deg();
+    let mut rows: Vec<[f64; 3]> = drawn.samples.iter().map(angles).collect();
+    // A turn goes on beyond 180°.
+    for axis in [0, 2] {
+        let mut turns = 0.0;
+        for i in 1..rows.len() {
+            let step = rows[i][axis] + turns - rows[i - 1][axis];
+            if step.is_finite() {
+                turns -= 360.0 * (step / 360.0).round();
+            }
+            rows[i][axis] += turns;
+        }
+    }
+    let sd = drawn.samples.iter().map(|s| {
+        let [tilt, heading] = s.attitude_sd_deg();
+        [tilt, tilt, heading]
+    });
+    let sd: Vec<[f64; 3]> = sd.collect();
+    let angles = [Vectors {
+        name: "result",
+        role: Role::Result,
+        values: rows,
+    }];
+    let figure = drawn.over_time("angles", "Roll, pitch, yaw", "°", &angles, Some(&sd));
+    let names = ["Roll", "Pitch", "Yaw"];
+    figure
+        .into_iter()
+        .map(|mut figure| {
+            if let Drawing::Panels(panels) = &mut figure.drawing {
+                for (panel, name) in panels.iter_mut().zip(names) {
+                    panel.name = format!("{name}, °");
+                }
+            }
+            figure
+        })
+        .collect()
 }
 
 /// Vectors over time under one name.
-struct Path<'a> {
+struct Vectors {
     name: &'static str,
     role: Role,
-    t_s: &'a [f64],
-    /// Rows before which others are missing.
-    breaks: &'a [usize],
     values: Vec<[f64; 3]>,
 }
 
-impl Path<'_> {
-    /// A line through the places that `point` gives for time and vector.
-    fn line(&self, point: impl Fn(f64, [f64; 3]) -> [f64; 2]) -> Series {
-        let points = self.t_s.iter().zip(&self.values);
-        let points = points.map(|(t, v)| <(f64, f64)>::from(point(*t, *v)));
-        Series::line(self.name, self.role, points).thinned(self.breaks)
-    }
-
-    /// A band of twice the uncertainty about one axis.
-    fn band(&self, sigma: &[[f64; 3]], axis: usize) -> Series {
-        let ends = self.values.iter().zip(sigma);
-        let ends = ends.map(|(v, s)| (v[axis] - 2.0 * s[axis], v[axis] + 2.0 * s[axis]));
-        let (low, high) = ends.unzip();
-        let band = Series::band("± 2σ", self.role, self.t_s.to_vec(), low, high);
-        band.thinned(self.breaks)
-    }
+/// What all figures of a motion have.
+struct Drawn {
+    samples: Vec<MotionSample>,
+    t_s: Vec<f64>,
+    /// Rows before which others are missing.
+    breaks: Vec<usize>,
+    rests: Series,
 }
 
-/// A figure of a panel over time for each axis, with the rests shaded and a band of twice the
-/// uncertainty of the result, where that is given; none where it shows nothing.
-fn over_time(
-    rests: &Series,
-    [name, title, unit]: [&str; 3],
-    caption: &str,
-    paths: &[Path<'_>],
-    sigma: Option<&[[f64; 3]]>,
-) -> Option<Figure> {
-    let panels = [0, 1, 2].map(|axis| {
-        let lines = paths.iter().map(|p| p.line(|t, v| [t, v[axis]]));
-        let lines: Vec<Series> = lines.collect();
-        let result = paths.iter().filter(|p| p.role == Role::Result);
-        let bands = result.filter_map(|p| Some(p.band(sigma?, axis)));
-        // In view is what the lines reach, and one and a half times as much on either side:
-        // bands that dwarf them would leave nothing else to see.
-        let (low, high) = extent(lines.iter().flat_map(|s| &s.y).copied());
-        let room = 1.5 * (high - low);
-        let is_cut = sigma.is_some() && room > 0.0;
-        let y = Axis {
-            within: is_cut.then_some([low - room, high + room]),
-            ..Axis::new("", unit)
+impl Drawn {
+    fn new(motion: &Motion) -> Drawn {
+        let samples: Vec<MotionSample> = motion.samples().collect();
+        let rests = motion.result.computation.rests.iter();
+        let rests: Vec<[f64; 2]> = rests.map(|s| [s.start_s, s.end_s]).collect();
+        Drawn {
+            t_s: samples.iter().map(|s| s.t_s).collect(),
+            breaks: motion.breaks().collect(),
+            rests: Series::shade("at rest", Role::Rest, &rests),
+            samples,
+        }
+    }
+
+    fn of_samples(
+        &self,
+        name: &'static str,
+        role: Role,
+        vector: fn(&MotionSample) -> [f64; 3],
+    ) -> Vectors {
+        let values = self.samples.iter().map(vector).collect();
+        Vectors { name, role, values }
+    }
+
+    /// A figure of a panel over time for each axis, with the rests shaded and a band of 95 % about the result, where
+    /// its deviations are given; none where it shows nothing.
+    fn over_time(
+        &self,
+        name: &str,
+        title: &str,
+        unit: &str,
+        all: &[Vectors],
+        sd: Option<&[[f64; 3]]>,
+    ) -> Option<Figure> {
+        let rows = || self.t_s.iter().copied();
+        let panel = |axis: usize| {
+            let line = |v: &Vectors| {
+                let points = rows().zip(&v.values).map(|(t, v)| [t, v[axis]]);
+                Series::line(v.name, v.role, points, &self.breaks)
+            };
+            let lines: Vec<Series> = all.iter().map(line).collect();
+            let result = all.iter().filter(|v| v.role == Role::Result);
+            let ends =
+                |v: &[f64; 3], sd: &[f64; 3]| [v[axis] - 2.0 * sd[axis], v[axis] + 2.0 * sd[axis]];
+            let bands = result.clone().filter_map(|v| {
+                let each = rows().zip(v.values.iter().zip(sd?));
+                let each = each.map(|(t, (v, sd))| [t, ends(v, sd)[0], ends(v, sd)[1]]);
+                Some(Series::band(
+                    &format!("{} ± 95 %", v.name),
+                    v.role,
+                    each,
+                    &self.breaks,
+                ))
+            });
+            let bands: Vec<Series> = bands.collect();
+            let [low, high] = extent(all.iter().flat_map(|v| &v.values).map(|v| v[axis]));
+            let bounds = result.flat_map(|v| v.values.iter().zip(sd.unwrap_or(&[])));
+            let [least, most] = extent(bounds.flat_map(|(v, sd)| ends(v, sd)));
+            let room = ROOM * (high - low).max(1e-9);
+            let y = [
+                low.min(least.max(low - room)),
+                high.max(most.min(high + room)),
+            ];
+            let y = Axis::over("", "", y, 0.06);
+            let x = Axis::over("time, s", "t = {} s", rows(), 0.0);
+            let mut lines = lines;
+            if let (Some(_), Some(own)) = (bands.first(), lines.last_mut()) {
+                // A line and its band are one name.
+                own.name += " ± 95 %";
+            }
+            let series = [self.rests.clone()].into_iter().chain(bands).chain(lines);
+            Panel::new(XYZ[axis], unit, [x, y], series).linked("t")
         };
-        let series = [rests.clone()].into_iter().chain(bands).chain(lines);
-        Panel::new(XYZ[axis], Axis::new("time", "s"), y, series)
-    });
-    let mut lines = panels.iter().flat_map(|p| &p.series[1..]);
-    let is_known = lines.any(Series::has_values);
-    is_known.then(|| Figure::new(name, title, caption, panels))
+        let panels = [0, 1, 2].map(panel);
+        let is_known = panels
+            .iter()
+            .any(|p| p.series[1..].iter().any(Series::has_values));
+        is_known.then(|| Figure::new(name, title, "", panels))
+    }
 }
 
-/// The path in space: from above, and from the side where it reaches further; `sigma` of each sample.
-fn trajectory(paths: &[Path<'_>], sigma: &[[f64; 3]]) -> Option<Figure> {
-    let own = paths.iter().find(|p| p.role == Role::Result)?;
-    let ([start, end], sigma) = (ends(&own.values)?, ends(sigma));
-    // The uncalibrated path does not decide what is in view.
-    let spans = [0, 1, 2].map(|axis| {
-        let shown = paths.iter().filter(|p| p.role != Role::Raw);
-        let values = shown.flat_map(|p| &p.values).map(|v| v[axis]);
-        extent(values.filter(|v| v.is_finite()))
-    });
-    let size = spans.map(|(low, high)| high - low);
-    let room = 0.3 * size.into_iter().fold(0.0, f64::max);
-    let side = if size[0] >= size[1] { [0, 2] } else { [1, 2] };
-    let views = [("from above", [0, 1]), ("from the side", side)];
-    let panels = views.map(|(title, plane)| {
-        let flat = |v: [f64; 3]| plane.map(|axis| v[axis]);
-        let [x, y] = plane.map(|axis: usize| Axis {
-            within: (room > 0.0).then_some([spans[axis].0 - room, spans[axis].1 + room]),
-            ..Axis::new(XYZ[axis], "m")
-        });
-        let area = sigma.map(|[_, sigma]| ellipse(flat(end), flat(sigma)));
-        let lines = paths.iter().map(|p| p.line(|_, v| flat(v)));
-        let spots = [("start", Role::Result, start), ("end", Role::Warning, end)];
-        let spots =
-            spots.map(|(name, role, v)| Series::points(name, role, [<(f64, f64)>::from(flat(v))]));
-        let series = area.into_iter().chain(lines).chain(spots);
-        Panel::new(title, x, y, series).equal()
-    });
-    let caption = "The path from above and from the side, equal scale on both axes. Circle: start, diamond: end, shaded: ± 1σ of the end. What reaches much further than the path is cut off.";
-    Some(Figure::new("trajectory", "Trajectory", caption, panels).beside())
-}
-
-/// The area within one standard uncertainty of the end.
-fn ellipse([x, y]: [f64; 2], [a, b]: [f64; 2]) -> Series {
-    let turn = || (0..=72).map(|k| f64::sin_cos(PI * f64::from(k) / 72.0));
-    let side = |b: f64| turn().map(|(sine, _)| y + b * sine).collect();
-    let x = turn().map(|(_, cosine)| x - a * cosine).collect();
-    Series::band("± 1σ at the end", Role::Result, x, side(-b), side(b))
+/// The path in space, with the end's uncertainty.
+fn path(drawn: &Drawn, positions: &[Vectors], sd: &[[f64; 3]]) -> Option<Figure> {
+    let of = |role: Role| {
+        positions
+            .iter()
+            .find(|v| v.role == role)
+            .map_or(&[][..], |v| &v.values)
+    };
+    let is_known = |v: &&[f64; 3]| v.iter().all(|v| v.is_finite());
+    let end_95 = sd
+        .iter()
+        .rfind(is_known)
+        .map_or([f64::NAN; 3], |sd| sd.map(|v| 2.0 * v));
+    let space = track(&drawn.t_s, of(Role::Result), of(Role::Raw), end_95)?;
+    Some(Figure {
+        drawing: Drawing::Space(space),
+        ..Figure::new("path", "Path in space", "", [])
+    })
 }

@@ -2,10 +2,9 @@
 
 use gravical::noise::{AllanPoint, ChannelNoise, NoiseResult, Term};
 
-use super::panel::{Axis, Figure, Panel, Role, Scale, Series};
-use super::svg::extent;
+use super::panel::{Axis, Figure, Panel, Role, Series, extent};
 
-const CAPTION: &str = "Allan deviation σ over the averaging time τ, without rounding noise and drift, with its 95 % band, and the fitted curve. Thin lines: its terms, white noise N (falling), bias instability B (level) and random walk K (rising), as far as they are part of the curve.";
+const CAPTION: &str = "White noise N falls, bias instability B is level, random walk K rises; without rounding and drift.";
 
 /// The figures of a result: accelerometer, gyroscope.
 pub fn figures(result: &NoiseResult) -> Vec<Figure> {
@@ -25,37 +24,44 @@ pub fn figures(result: &NoiseResult) -> Vec<Figure> {
 fn panel(channel: &ChannelNoise, all: &[&ChannelNoise], unit: &str) -> Panel {
     // All channels over one range, which is that of the measurement: terms fall far below it.
     let sigma = all.iter().flat_map(|c| &c.adev).map(|p| p.sigma.log10());
-    let (low, high) = extent(sigma.filter(|s| s.is_finite()));
-    let y = Axis {
-        include: vec![low, high],
-        within: Some([low - 0.4, high + 0.4]),
-        ..Axis::scaled("σ", unit, Scale::Log)
+    let [low, high] = extent(sigma);
+    let y = Axis::new("", "", [low - 0.4, high + 0.4]).log();
+    let row = |p: &AllanPoint, of: [f64; 2]| {
+        let [low, high] = of.map(f64::log10);
+        [p.tau_s.log10(), low, high]
     };
-    let column = |value: fn(&AllanPoint) -> f64| -> Vec<f64> {
-        let values = channel.adev.iter().map(value);
-        values.map(f64::log10).collect()
-    };
-    let tau = column(|p| p.tau_s);
-    let (low, high) = (column(|p| p.low), column(|p| p.high));
-    let mut series = vec![Series::band("95 %", Role::Result, tau.clone(), low, high)];
+    let band = channel.adev.iter().map(|p| row(p, [p.low, p.high]));
+    let mut series = vec![Series::band(
+        "Allan deviation ± 95 %",
+        Role::Result,
+        band,
+        &[],
+    )];
     // A curve over averaging times, smooth on logarithmic axes.
-    let (from, to) = extent(tau.iter().copied());
+    let tau = || channel.adev.iter().map(|p| p.tau_s.log10());
+    let [from, to] = extent(tau());
     let curve = |name: &str, role, at: &dyn Fn(f64) -> f64| {
         let x = (0..=60).map(|k| from + (to - from) * f64::from(k) / 60.0);
-        Series::line(name, role, x.map(|x| (x, at(10_f64.powf(x)).log10())))
+        Series::line(name, role, x.map(|x| [x, at(10_f64.powf(x)).log10()]), &[])
     };
     if let Some(fit) = channel.fit {
         for term in Term::ALL {
             let x = fit.parameters[term as usize];
             if x > 0.0 {
                 let part = |t: f64| x * term.shape(t).sqrt();
-                series.push(curve(term.symbol(), Role::Guide, &part));
+                series.push(curve(term.symbol(), Role::Raw, &part));
             }
         }
         series.push(curve("fitted curve", Role::Warning, &|t| fit.deviation(t)));
     }
-    let points = tau.into_iter().zip(column(|p| p.sigma));
-    series.push(Series::points("Allan deviation", Role::Result, points));
-    let x = Axis::scaled("τ", "s", Scale::Log);
-    Panel::new(&channel.channel, x, y, series)
+    let points = tau()
+        .zip(&channel.adev)
+        .map(|(tau, p)| [tau, p.sigma.log10()]);
+    series.push(Series::points(
+        "Allan deviation ± 95 %",
+        Role::Result,
+        points,
+    ));
+    let x = Axis::over("averaging time τ, s", "τ = {} s", tau(), 0.03).log();
+    Panel::new(&channel.channel, unit, [x, y], series).alone()
 }

@@ -17,7 +17,7 @@ use gravical::poses::face::{CaseAxes, in_words};
 use gravical::core::matrix3::{norm, sub};
 
 use super::{drift, gravity_source, largest, short_name};
-use crate::document::{Block, Cell, Document, Section, Table, Verdict};
+use crate::document::{Block, COVERAGE, Cell, Document, HOW, Section, Table, Verdict};
 use crate::figure::{Figure, XYZ};
 
 /// The document of a calibration, with its figures
@@ -31,23 +31,48 @@ pub fn calibration<'a>(
     let placed = !file.poses.is_empty();
     let verdict = file.verdict();
     let grade = verdict.grade;
+    // What proves the verdict; without a test, what would make one.
+    let (first, second) = match grade {
+        Grade::NotVerifiable => ("more-poses", "errors"),
+        _ => ("errors", "more-poses"),
+    };
+    let is_drawn = figures.iter().any(|f| f.name == first);
+    let (first, second) = if is_drawn {
+        (first, second)
+    } else {
+        (second, first)
+    };
+    let figure = |name: &str, title, wide| Section::new(title).figures(figures, &[name]).wide(wide);
+    // What speaks against it stands beside the number.
+    let contrary = match grade {
+        Grade::Poor | Grade::NotVerifiable => verdict.reasons.first().cloned(),
+        _ => None,
+    };
+    let half = if file.gyroscope.is_some() { 6 } else { 12 };
     Document {
         subject: subject(file),
+        certificate: certificate(file),
         verdict: Some(Verdict {
             grade,
             word: grade.to_string(),
+            headline: headline(file, grade),
+            proof: proof(file).into_iter().chain(contrary).collect(),
             conclusion: conclusion(file, grade),
+            numbers: numbers(file),
             reasons: verdict.reasons,
             next: next(file, grade, saved),
         }),
         ..Document::new(format!("Calibration{}", named_sensor(file)))
     }
-    .with(accelerometer(file))
-    .with(file.gyroscope.as_ref().map(gyroscope))
-    .with(Section::new("Magnitude at rest").figures(figures, &["norm"]))
+    .with(figure(first, "Errors", 7))
+    .with(accelerometer(file).wide(half))
+    .with(file.gyroscope.as_ref().map(|g| gyroscope(g).wide(6)))
+    .with(figure("sphere", "Directions", 5))
+    .with(figure("recording", "Recording", 7))
+    .with((grade != Grade::Good).then(|| figure(second, "More", 12)))
     .with(placed.then(|| poses(file)))
-    .with(Section::new("Directions").figures(figures, &["sphere"]))
-    .with(Section::new("Recorded poses").figures(figures, &["captures"]))
+    .with(matrix_section(file))
+    .with(code(file))
     .with(temperature(file))
     .with(method(file))
     .with_findings(&file.findings, file.inputs.len() > 1)
@@ -57,6 +82,125 @@ pub fn calibration<'a>(
         &file.created,
         &file.inputs,
     )
+}
+
+/// What was calibrated, when, and from what.
+fn certificate(file: &Calibration) -> Vec<[String; 3]> {
+    let sensor = &file.sensor;
+    let (model, id) = (sensor.model.clone(), sensor.id.clone());
+    let named = model
+        .clone()
+        .or(id.clone())
+        .unwrap_or_else(|| "not named".to_owned());
+    let recorded = file.recorded.as_ref().map(|r| r.time.minute());
+    let temperature = file.temperature_c.as_ref();
+    let degrees = temperature.map_or_else(
+        || "not recorded".to_owned(),
+        |t| format!("{:.1} °C", t.mean),
+    );
+    let range = temperature.map_or(String::new(), |t| format!("{:.1} to {:.1}", t.min, t.max));
+    let faces = file
+        .poses
+        .iter()
+        .filter(|p| p.kind == PoseKind::Face)
+        .count();
+    let free = file.poses.len() - faces;
+    let recordings: Vec<&InputFile> = file.recordings().collect();
+    let files = match &recordings[..] {
+        [one] => short_name(&one.path),
+        several => format!("{} files", several.len()),
+    };
+    let entry = |name: &str, value: String, remark: String| [name.to_owned(), value, remark];
+    vec![
+        entry(
+            "Sensor",
+            named,
+            id.filter(|_| model.is_some()).unwrap_or_default(),
+        ),
+        entry(
+            "Recorded",
+            recorded.unwrap_or_else(|| "date unknown".to_owned()),
+            String::new(),
+        ),
+        entry("Temperature", degrees, range),
+        entry(
+            "Gravity",
+            format!("{:.5} m/s²", file.gravity_mps2),
+            gravity_source(file.gravity_source).to_owned(),
+        ),
+        entry(
+            "Poses",
+            format!("{}, {free} free", count(faces, "face")),
+            String::new(),
+        ),
+        entry("Recording", files, String::new()),
+    ]
+}
+
+/// The one number: within what ‖a‖ holds in every direction. Of six faces that holds in 90 % of the sessions.
+fn headline(file: &Calibration, grade: Grade) -> Option<[String; 2]> {
+    let error = file.reliability.worst_direction?.error_mps2;
+    let is_tested = file.reliability.left_out_rms_mps2.is_some();
+    let share = if is_tested { "95 %" } else { "90 %, untested" };
+    let text = match grade {
+        Grade::Poor => format!("Not better than {} mg", mg(error)),
+        Grade::NotVerifiable => format!("Perhaps within {} mg in every direction", mg(error)),
+        _ => format!("Within {} mg in every direction", mg(error)),
+    };
+    Some([text, share.to_owned()])
+}
+
+/// What tests it: the poses that were left out in turn.
+fn proof(file: &Calibration) -> Option<String> {
+    let tested = file.poses.iter().filter(|p| p.left_out_sd_mps2.is_some());
+    let tested =
+        tested.filter_map(|p| Some((p, p.left_out_error_mps2?, COVERAGE * p.left_out_sd_mps2?)));
+    let tested: Vec<_> = tested.collect();
+    let (worst, error, within) = tested
+        .iter()
+        .max_by(|a, b| a.1.abs().total_cmp(&b.1.abs()))?;
+    let beyond = tested
+        .iter()
+        .filter(|(_, error, within)| error.abs() > *within)
+        .count();
+    let agree = match beyond {
+        0 => "all agree within their bars".to_owned(),
+        n => format!("{} of them agree within their bars", tested.len() - n),
+    };
+    let n = decimals_for(milli_g(*within));
+    let [error, within] = [milli_g(error.abs()), milli_g(*within)].map(|v| fixed(v, n));
+    Some(format!(
+        "{} test it, each with a calibration that does not know it: {agree}; the largest error is {error} ± {within} mg ({}).",
+        count(tested.len(), "pose"),
+        worst.label
+    ))
+}
+
+/// Before, left out, hidden.
+fn numbers(file: &Calibration) -> Vec<[String; 2]> {
+    let r = &file.reliability;
+    let fitted = file.poses.iter().filter(|p| p.fitted);
+    let before = fitted.map(|p| {
+        let nominal = file.accelerometer.nominally(p.raw)?;
+        Some((norm(&nominal) - file.gravity_mps2).powi(2))
+    });
+    let before: Option<Vec<f64>> = before.collect();
+    let before = before.filter(|squares| !squares.is_empty());
+    let before = before.map(|squares| (squares.iter().sum::<f64>() / squares.len() as f64).sqrt());
+    let all = [
+        (before, "before, rms of the poses"),
+        (r.left_out_rms_mps2, "left out, rms"),
+        (
+            r.undetected.map(|u| u.effect_mps2),
+            "one wrong pose could hide",
+        ),
+    ];
+    let known = all
+        .into_iter()
+        .filter_map(|(value, what)| Some((value?, what)));
+    known
+        .map(|(value, what)| [format!("{} mg", mg(value)), what.to_owned()])
+        .collect()
 }
 
 /// " of board 3 (MPU6050)", or the file name.
@@ -155,16 +299,37 @@ fn accelerometer<'a>(file: &Calibration) -> Section<'a> {
     let sd = a.deviations();
     let bias = (a.bias, sd.map(|d| d.bias));
     let scale = (a.scale(), sd.map(|d| d.scale));
-    let section = Section::new("Accelerometer")
-        .with(Block::Equation("raw = K R a + b\ncalibrated = matrix · (raw − b)"))
-        .full(Block::Paragraph(format!(
-            "a is specific force in m/s²: at rest an axis that points up reads +g. Raw values are in {raw}, as in the file. The rows of R have unit length; matrix = R⁻¹ K⁻¹."
-        )))
+    Section::new("Accelerometer")
         .with(bias_and_scale(raw, "m/s²", bias, scale, a.scale_deviation_percent()))
+        .with(Block::Equation("raw = K R a + b,  calibrated = matrix · (raw − b)"))
+        .full(Block::Note(format!(
+            "At rest an axis that points up reads +g. Raw values in {raw}; rows of R have length one, matrix = R⁻¹ K⁻¹."
+        )))
         .with(file.mounting().map(|m| Block::Note(in_its_case(&m))))
-        .with(matrices(&a.orientation(), &a.matrix, &format!("matrix, m/s² per {raw}")));
-    let code = export::snippets(file).map(|(name, fence, code)| Block::Code(name, fence, code));
-    code.into_iter().fold(section, Section::full)
+}
+
+/// R and the matrix of both sensors.
+fn matrix_section<'a>(file: &Calibration) -> Section<'a> {
+    let a = &file.accelerometer;
+    let name = format!("matrix, m/s² per {}", a.input_unit);
+    let own = matrices("Accelerometer", &a.orientation(), &a.matrix, &name);
+    let gyro = file
+        .gyroscope
+        .as_ref()
+        .filter(|g| g.method != GyroMethod::Bias);
+    let gyro = gyro.map(|g| {
+        let name = format!("matrix, rad/s per {}", g.input_unit);
+        Block::Table(matrices("Gyroscope", &g.orientation(), &g.matrix, &name))
+    });
+    let section = Section::new("Matrices").with(own).with(gyro);
+    section.folded("R and the calibration matrix")
+}
+
+/// The calibration as code.
+fn code<'a>(file: &Calibration) -> Section<'a> {
+    let code = export::snippets(file).map(|(name, code)| Block::Code(name, code));
+    let section = code.into_iter().fold(Section::new("Code"), Section::full);
+    section.folded("all give the same values")
 }
 
 /// By how much the sensor is turned in its case.
@@ -172,15 +337,10 @@ fn in_its_case(mounting: &Mounting) -> String {
     let part = |i: usize| {
         let (angle, sigma) = (mounting.rotation_deg[i], mounting.sigma_deg[i]);
         let n = decimals_for(sigma);
-        format!(
-            "{} ± {}° about {}",
-            signed(angle, n),
-            fixed(sigma, n),
-            XYZ[i]
-        )
+        format!("{} ± {}°", signed(angle, n), fixed(COVERAGE * sigma, n))
     };
     let parts = [0, 1, 2].map(part).join(", ");
-    format!("Turned in its case by {parts} (± 1σ).")
+    format!("Turned in its case by {parts} about x, y, z.")
 }
 
 /// Equation, table, matrices, residuals.
@@ -195,21 +355,13 @@ fn gyroscope<'a>(g: &Gyroscope) -> Section<'a> {
     };
     let (bias_sd, scale_sd) = g.deviations().unzip();
     let (bias, scale) = ((g.bias, bias_sd), (g.scale(), scale_sd.flatten()));
-    let matrices = (g.method != GyroMethod::Bias).then(|| {
-        let name = format!("matrix, rad/s per {raw}");
-        Block::Table(matrices(&g.orientation(), &g.matrix, &name))
-    });
     Section::new("Gyroscope")
-        .with(Block::Equation(
-            "raw = K R ω + b + S a\ncalibrated = matrix · (raw − b − S a)",
-        ))
-        .with(Block::Paragraph(how.to_owned()))
-        .full(Block::Paragraph(format!(
-            "ω is angular rate in rad/s, counter-clockwise about each axis; raw values are in {raw}. S is the sensitivity to acceleration; the code above has it where it was estimated."
-        )))
         .with(bias_and_scale(raw, "rad/s", bias, scale, None))
-        .with(matrices)
-        .with(motions(g).map(Block::Paragraph))
+        .with(Block::Equation(
+            "raw = K R ω + b + S a,  calibrated = matrix · (raw − b − S a)",
+        ))
+        .with(Block::Note(how.to_owned()))
+        .with(motions(g).map(Block::Note))
 }
 
 /// How well the motions between poses are explained.
@@ -242,10 +394,8 @@ fn bias_and_scale(
         let n = sd.filter(|sd| *sd > 0.0).map_or(decimals, decimals_for);
         Cell::number(fixed(values[i], n)).plus_minus(sd, n)
     };
-    let uncertain = if bias.1.is_some() { ", ± 1σ" } else { "" };
-    let caption = format!("Bias and scale{uncertain}");
     let (name, unit) = (format!("bias b, {raw}"), format!("{raw} per {unit}"));
-    let table = Table::new(caption, ["axis", &name, &format!("scale K, {unit}")]);
+    let table = Table::new("", ["axis", &name, &format!("scale K, {unit}")]);
     let table = table.columns(off_nominal.map(|_| "off nominal, %"));
     (0..3).fold(table, |table, i| {
         let cells = [
@@ -258,7 +408,12 @@ fn bias_and_scale(
 }
 
 /// R and the calibration matrix, side by side.
-fn matrices(orientation: &[[f64; 3]; 3], matrix: &[[f64; 3]; 3], name: &str) -> Table {
+fn matrices(
+    sensor: &str,
+    orientation: &[[f64; 3]; 3],
+    matrix: &[[f64; 3]; 3],
+    name: &str,
+) -> Table {
     // With powers of ten if all are small.
     let largest = largest(matrix.as_flattened());
     let text = |v: f64| match v {
@@ -266,7 +421,7 @@ fn matrices(orientation: &[[f64; 3]; 3], matrix: &[[f64; 3]; 3], name: &str) -> 
         v if largest < 0.1 => format!("{v:.6e}"),
         v => fixed(v, decimals_of(largest, 6)),
     };
-    let table = Table::new("", [""]).axes("R").axes(name);
+    let table = Table::new(sensor, [""]).axes("R").axes(name);
     (0..3).fold(table, |table, i| {
         let orientation = Cell::axes(Some(orientation[i]), |v| fixed(v, 5));
         let matrix = Cell::axes(Some(matrix[i]), text);
@@ -316,6 +471,10 @@ fn poses<'a>(file: &Calibration) -> Section<'a> {
         .with(Block::Note(fitted.to_owned()))
         .full(Block::Note(note))
         .with(before_and_after(file))
+        .folded(format!(
+            "{}: raw mean, calibrated, error left out",
+            file.poses.len()
+        ))
 }
 
 /// Errors of the fitted poses by the nominal scale, if that is known, and with the calibration.
@@ -363,7 +522,9 @@ fn temperature<'a>(file: &Calibration) -> Section<'a> {
             t.mean, t.min, t.max
         ))
     });
-    let section = Section::new("Temperature").full(poses);
+    let section = Section::new("Temperature")
+        .full(poses)
+        .folded("range, drift");
     let Some(model) = &file.drift else {
         return section;
     };
@@ -395,23 +556,28 @@ fn method<'a>(file: &Calibration) -> Section<'a> {
         Method::Unknown => "The parameters are from another program; the method is unknown.",
     };
     let text = how.to_owned() + &agrees.unwrap_or_default();
-    Section::new("Method and uncertainty")
+    Section::new(HOW)
         .full(Block::Paragraph(text))
         .with(budget(file).map(Block::Table))
+        .folded("method and uncertainty")
 }
 
 fn budget(file: &Calibration) -> Option<Table> {
     let budget = file.reliability.budget.as_ref()?;
     // Digits according to the combined uncertainty.
     let n = decimals_of(milli_g(budget.combined_mps2()), 2);
-    let mg = |v: f64| fixed(milli_g(v), n);
-    let caption = "Uncertainty of the magnitude at rest, all directions, 1σ";
-    let mut table = Table::new(caption, ["source", "mg"]);
+    let mg = |v: f64| fixed(COVERAGE * milli_g(v), n);
+    let caption = "Error of ‖a‖, mean over all directions";
+    let mut table = Table::new(
+        caption,
+        ["source", "± 95 %, mg", "share of the variance, %"],
+    );
+    let all = budget.combined_mps2().powi(2);
     for part in &budget.contributions {
-        table = table.row(words(&part.source), [Cell::maybe(part.norm_mps2, mg)]);
+        let share = part.norm_mps2.map_or(0.0, |v| 100.0 * v * v / all);
+        let cells = [Cell::maybe(part.norm_mps2, mg), Cell::Share(share)];
+        table = table.row(words(&part.source), cells);
     }
-    let expanded = format!("expanded, k = {}", budget.coverage_factor());
-    let combined = [Cell::number(mg(budget.combined_mps2()))];
-    let table = table.row("combined (root sum of squares)", combined);
-    Some(table.row(expanded, [Cell::number(mg(budget.expanded_mps2()))]))
+    let combined = [Cell::number(mg(budget.combined_mps2())), Cell::text("")];
+    Some(table.row("together (root sum of squares)", combined))
 }

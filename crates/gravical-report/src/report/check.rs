@@ -3,14 +3,15 @@
 use gravical::calibration_file::Grade;
 use gravical::check::{CheckReport, Judgement, Side, StillCheck};
 use gravical::compare::Comparison;
-use gravical::numfmt::{count, decimals_for, duration_text, fixed, milli_g, signed, unit};
+use gravical::numfmt::{count, decimals_for, duration_text, fixed, mg, milli_g, signed, unit};
 use gravical::poses::face::in_words;
 
 use super::{gravity_source, short_name};
 use crate::document::{Block, Cell, Document, Section, Table, Verdict};
+use crate::figure::Figure;
 
 /// The document of a check.
-pub fn check(report: &CheckReport) -> Document<'static> {
+pub fn check<'a>(report: &CheckReport, figures: &'a [Figure]) -> Document<'a> {
     let calibration = short_name(&report.calibration);
     let recordings = match &report.recordings[..] {
         [one] => short_name(one),
@@ -28,10 +29,33 @@ pub fn check(report: &CheckReport) -> Document<'static> {
             format!("{calibration} checked with {recordings}: {stills}"),
             format!("g = {} m/s² ({source}{of_calibration})", fixed(g, 5)),
         ],
-        verdict: Some(judged(&report.verdict, next(report))),
+        certificate: vec![
+            entry("Calibration", calibration.clone(), ""),
+            entry("Calibrated", dated(&report.sides[0]), ""),
+            entry("Checked", dated(&report.sides[1]), &age(report.age_days)),
+            entry("Recording", recordings.clone(), &stills),
+            entry("Gravity", format!("{} m/s²", fixed(g, 5)), source),
+        ],
+        verdict: Some(Verdict {
+            headline: Some(headline(report)),
+            numbers: vec![
+                [mg(report.rms_mps2) + " mg", "found, rms".to_owned()],
+                [
+                    mg(report.predicted_rms_mps2) + " mg",
+                    "predicted, rms".to_owned(),
+                ],
+            ],
+            ..judged(&report.verdict, next(report))
+        }),
         ..Document::new(format!("Check of {calibration}"))
     }
-    .with(intervals(report))
+    .with(Section::new("Errors").figures(figures, &["errors"]).wide(7))
+    .with(
+        Section::new("Temperature")
+            .figures(figures, &["temperature"])
+            .wide(12),
+    )
+    .with(intervals(report).wide(12))
     .with(sides(
         "Dates and sensors",
         ["calibration", "recordings"],
@@ -39,6 +63,32 @@ pub fn check(report: &CheckReport) -> Document<'static> {
         (&report.sides, report.age_days),
     ))
     .with_findings(&report.findings, report.recordings.len() > 1)
+}
+
+fn entry(name: &str, value: String, remark: &str) -> [String; 3] {
+    [name.to_owned(), value, remark.to_owned()]
+}
+
+/// When it was recorded, else computed.
+fn dated(side: &Side) -> String {
+    let recorded = side.recorded.map(|time| time.minute());
+    let day = |time: &String| format!("computed {}", time.chars().take(10).collect::<String>());
+    let computed = || side.created.as_ref().map(day);
+    recorded
+        .or_else(computed)
+        .unwrap_or_else(|| "date unknown".to_owned())
+}
+
+/// The largest error that counts.
+fn headline(report: &CheckReport) -> [String; 2] {
+    let worst = report.static_intervals.get(report.worst);
+    let at = worst.map_or(String::new(), |still| format!("{} up", still.nearest));
+    let error = worst.map_or(0.0, |still| still.error_mps2.abs());
+    let text = match report.verdict.judgement {
+        Judgement::Agrees => format!("Agrees: off by at most {} mg", mg(error)),
+        _ => format!("Off by up to {} mg", mg(error)),
+    };
+    [text, at]
 }
 
 /// The verdict of `check` or `compare`, with the next step.
@@ -51,6 +101,9 @@ fn judged(verdict: &gravical::check::Verdict, next: Option<&str>) -> Verdict {
     Verdict {
         grade,
         word: verdict.judgement.name(),
+        headline: None,
+        proof: Vec::new(),
+        numbers: Vec::new(),
         conclusion: None,
         reasons: verdict.reasons.clone(),
         next: next.map(str::to_owned).into_iter().collect(),
@@ -77,8 +130,8 @@ fn next(report: &CheckReport) -> Option<&'static str> {
     }
 }
 
-fn intervals(report: &CheckReport) -> Section<'static> {
-    let columns = "interval|rows|nearest face|angle to face, °|error of ‖a‖, mg|z|";
+fn intervals<'a>(report: &CheckReport) -> Section<'a> {
+    let columns = "interval|rows|nearest face|angle to face, °|error of ‖a‖ ± 95 %, mg|z|";
     let mut table = Table::new("", columns.split('|'));
     // The largest error first: a long table is cut.
     let mut stills: Vec<(usize, &StillCheck)> =
@@ -115,12 +168,12 @@ fn intervals(report: &CheckReport) -> Section<'static> {
 }
 
 /// Dates and sensors of what is held against each other, after what is already said of each.
-fn sides(
+fn sides<'a>(
     heading: &'static str,
     names: [&'static str; 2],
     said: [String; 2],
     (sides, age_days): (&[Side; 2], Option<f64>),
-) -> Section<'static> {
+) -> Section<'a> {
     let mut section = Section::new(heading);
     for ((name, said), side) in names.into_iter().zip(said).zip(sides) {
         let sensor = &side.sensor;
@@ -138,18 +191,23 @@ fn sides(
         let facts: Vec<String> = facts.into_iter().flatten().collect();
         section = section.fact(name, facts.join(", "));
     }
-    let age = age_days.map_or_else(
-        || "not known".to_owned(),
+    section
+        .fact("between them", age(age_days))
+        .folded("dates, sensors, age")
+}
+
+fn age(days: Option<f64>) -> String {
+    days.map_or_else(
+        || "age not known".to_owned(),
         |days| match duration_text(86_400.0 * days.abs()) {
             age if days < 0.0 => format!("{age}, the first is the later one"),
-            age => age,
+            age => format!("{age} later"),
         },
-    );
-    section.fact("between them", age)
+    )
 }
 
 /// The document of a comparison.
-pub fn comparison(c: &Comparison) -> Document<'static> {
+pub fn comparison<'a>(c: &Comparison, figures: &'a [Figure]) -> Document<'a> {
     let of = |i: usize| {
         let temperature = c.temperature_c[i].as_ref();
         let temperature = temperature.map_or(String::new(), |t| format!(", {:.1} °C", t.mean));
@@ -164,11 +222,24 @@ pub fn comparison(c: &Comparison) -> Document<'static> {
     });
     Document {
         subject: vec![format!("{b} (B) against {a} (A)")],
-        verdict: Some(judged(&c.verdict, next_of_comparison(c))),
+        certificate: vec![
+            entry("A", a.clone(), &dated(&c.sides[0])),
+            entry("B", b.clone(), &dated(&c.sides[1])),
+            entry("Between them", age(c.age_days), ""),
+        ],
+        verdict: Some(Verdict {
+            headline: Some(compared(c)),
+            ..judged(&c.verdict, next_of_comparison(c))
+        }),
         ..Document::new(format!("{b} against {a}"))
     }
-    .with(magnitude(c))
-    .with(parameters(c))
+    .with(
+        Section::new("Each parameter")
+            .figures(figures, &["parameters"])
+            .wide(7),
+    )
+    .with(parameters(c).wide(12))
+    .with(magnitude(c).wide(12))
     .with(frame)
     .with(sides(
         "Calibrations",
@@ -177,6 +248,21 @@ pub fn comparison(c: &Comparison) -> Document<'static> {
         (&c.sides, c.age_days),
     ))
     .with_findings(&c.findings, true)
+}
+
+/// The one number: by how much ‖a‖ differs.
+fn compared(c: &Comparison) -> [String; 2] {
+    let m = &c.magnitude;
+    let expected = m
+        .predicted_rms_mps2
+        .map(|rms| format!("{} mg expected", mg(rms)));
+    let text = match c.verdict.judgement {
+        Judgement::Agrees => "Agree",
+        Judgement::Undecided => "Not tested",
+        _ => "Differ",
+    };
+    let text = format!("{text}: ‖a‖ differs by {} mg rms", mg(m.norm_rms_mps2));
+    [text, expected.unwrap_or_default()]
 }
 
 /// What to do about it.
@@ -200,8 +286,8 @@ fn next_of_comparison(c: &Comparison) -> Option<&'static str> {
     }
 }
 
-fn parameters(c: &Comparison) -> Section<'static> {
-    let mut table = Table::new("", ["", "A", "B", "B − A", "z"]);
+fn parameters<'a>(c: &Comparison) -> Section<'a> {
+    let mut table = Table::new("", ["", "A", "B", "B − A, ± 95 %", "z"]);
     for p in &c.parameters {
         // Three digits of what is judged, whether σ is known or not.
         let coarse = if p.unit == "m/s^2" { 1e-3 } else { 1e-2 };
@@ -218,7 +304,7 @@ fn parameters(c: &Comparison) -> Section<'static> {
     Section::new("Parameters").with(table)
 }
 
-fn magnitude(c: &Comparison) -> Section<'static> {
+fn magnitude<'a>(c: &Comparison) -> Section<'a> {
     let m = &c.magnitude;
     let cells = |value: f64, predicted: Option<f64>| {
         let mg = |v: f64| fixed(milli_g(v), 2);

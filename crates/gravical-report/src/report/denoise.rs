@@ -1,15 +1,17 @@
 //! Report of filters and their effect on noise.
 
+use gravical::core::matrix3::norm;
 use gravical::denoise::{DenoiseSummary, Sigmas};
 use gravical::numfmt::{count, decimals_of, fixed, small, unit};
 
 use super::short_name;
-use crate::document::{Block, Cell, Document, Section, Table};
+use crate::document::{Block, Cell, Document, Section, Table, Verdict};
+use crate::figure::Figure;
 
 const NO_DRIFT: &str = "Smoothing does not reduce drift: the noise that it removes averages out in the integral anyway, and a bias passes a low-pass unchanged.";
 
 /// The document of filters: the effect of each on white noise, and on this recording at rest.
-pub fn denoise(summary: &DenoiseSummary) -> Document<'static> {
+pub fn denoise<'a>(summary: &DenoiseSummary, figures: &'a [Figure]) -> Document<'a> {
     let rate = summary.rate_hz.map(|rate| format!("{rate:.2} Hz"));
     let rate = rate.unwrap_or_else(|| "rate unknown".to_owned());
     let segments = count(summary.segments, "segment");
@@ -31,10 +33,41 @@ pub fn denoise(summary: &DenoiseSummary) -> Document<'static> {
             filters = filters.with(at_rest(summary, name, unit, of));
         }
     }
-    Document::new(format!("Filtering of {}", short_name(&summary.input)))
-        .with(reading)
-        .with(filters.with(Block::Paragraph(NO_DRIFT.to_owned())))
-        .with_findings(&summary.findings, false)
+    let names: Vec<&str> = summary.filters.iter().map(|f| f.filter.as_str()).collect();
+    let entry = |name: &str, value: String| [name.to_owned(), value, String::new()];
+    let last = summary.filters.last().map(|f| &f.sigma);
+    let ratio = last.and_then(|last| {
+        let ratio = rms(&last.accelerometer?) / rms(&summary.recorded.accelerometer?);
+        ratio.is_finite().then_some(ratio)
+    });
+    let headline = match ratio {
+        Some(ratio) => format!(
+            "Noise at rest: {} of what it was",
+            fixed(ratio, decimals_of(ratio, 2))
+        ),
+        None => format!("Filtered by {}", names.join(", ")),
+    };
+    Document {
+        certificate: vec![
+            entry("Recording", short_name(&summary.input)),
+            entry("Filters", names.join(", ")),
+            entry("Rows", summary.rows.to_string()),
+            entry("Rate", rate),
+        ],
+        verdict: Some(Verdict {
+            headline: Some([headline, String::new()]),
+            ..Verdict::without_word(NO_DRIFT.to_owned())
+        }),
+        ..Document::new(format!("Filtering of {}", short_name(&summary.input)))
+    }
+    .with(Section::new("Noise").figures(figures, &["noise"]).wide(7))
+    .with(filters.with(Block::Paragraph(NO_DRIFT.to_owned())))
+    .with(reading.folded("what was read"))
+    .with_findings(&summary.findings, false)
+}
+
+fn rms(axes: &[f64; 3]) -> f64 {
+    norm(axes) / 3_f64.sqrt()
 }
 
 /// Effect on white noise.

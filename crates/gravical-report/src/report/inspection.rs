@@ -2,8 +2,9 @@
 
 use std::fmt::Display;
 
+use gravical::finding::Severity;
 use gravical::inspect::{Inspection, StillSpan};
-use gravical::numfmt::{decimals_of, digits, fixed};
+use gravical::numfmt::{count, decimals_of, digits, fixed};
 use gravical::poses::face::CaseAxes;
 use gravical::poses::rests::MIN_REST_S;
 use gravical::recording::Origin;
@@ -11,10 +12,11 @@ use gravical::recording::full_scale::range_of_16_bits;
 use gravical::recording::units::{AccelUnit, GyroUnit};
 
 use super::{drift, largest, short_name};
-use crate::document::{Block, Cell, Document, Section, Table};
+use crate::document::{Block, Cell, Document, Section, Table, Verdict};
+use crate::figure::Figure;
 
 /// The document of an inspection.
-pub fn inspection(inspection: &Inspection) -> Document<'static> {
+pub fn inspection<'a>(inspection: &Inspection, figures: &'a [Figure]) -> Document<'a> {
     let labels = inspection.labels.iter().take(12);
     let labels = labels.map(|(name, rows)| format!("{name} {rows}"));
     let more = inspection.labels.len().checked_sub(12).filter(|n| *n > 0);
@@ -40,19 +42,77 @@ pub fn inspection(inspection: &Inspection) -> Document<'static> {
         .fact("missing", missing)
         .fact("accel", scale(a.unit, per_g, "g", a.origin))
         .fact("gyro", gyro)
-        .fact("temp", temperature)
+        .fact("temp", temperature.clone())
         .fact("labels", Some(labels).filter(|all| !all.is_empty()))
         .fact("static", stillness(inspection));
     let intervals = &inspection.static_intervals;
     let drift = inspection.temperature_drift.as_ref();
+    let warnings = inspection.findings.iter();
+    let warnings = warnings.filter(|f| f.severity != Severity::Note).count();
     Document {
         subject: vec![inspection.file.clone()],
+        certificate: vec![
+            entry(
+                "Sensor",
+                inspection
+                    .serial
+                    .clone()
+                    .unwrap_or_else(|| "not named".to_owned()),
+            ),
+            entry("Rows", inspection.row_counts.rows.to_string()),
+            entry("Accelerometer", a.unit.to_string()),
+            entry(
+                "Gyroscope",
+                inspection
+                    .gyroscope
+                    .map_or("none".to_owned(), |g| g.unit.to_string()),
+            ),
+            entry(
+                "Temperature",
+                temperature
+                    .clone()
+                    .unwrap_or_else(|| "not recorded".to_owned()),
+            ),
+        ],
+        verdict: Some(Verdict {
+            headline: Some([headline(inspection), String::new()]),
+            numbers: Vec::new(),
+            ..Verdict::without_word(match warnings {
+                0 => "Nothing is odd.".to_owned(),
+                n => format!("{}: see the findings.", count(n, "warning")),
+            })
+        }),
         ..Document::new(format!("Recording {}", short_name(&inspection.file)))
     }
+    .with(
+        Section::new("Recording")
+            .figures(figures, &["recording"])
+            .wide(7),
+    )
+    .with(Section::new("Steps").figures(figures, &["steps"]).wide(12))
     .with(reading)
     .with((!intervals.is_empty()).then(|| stills(intervals, inspection.case_axes)))
     .with(drift.map(|model| self::drift(Section::new("Temperature"), model)))
     .with_findings(&inspection.findings, false)
+}
+
+fn entry(name: &str, value: String) -> [String; 3] {
+    [name.to_owned(), value, String::new()]
+}
+
+/// Length, rate and rests.
+fn headline(inspection: &Inspection) -> String {
+    let t = &inspection.timing;
+    let rate = t.median_rate_hz.or(t.nominal_rate_hz);
+    let rate = rate.map_or("rate unknown".to_owned(), |rate| {
+        format!("{} Hz", digits(rate, 4))
+    });
+    let rows = inspection.row_counts.rows;
+    let long = t
+        .duration_s
+        .map_or(format!("{rows} rows"), |s| format!("{} s", digits(s, 4)));
+    let rests = count(inspection.static_intervals.len(), "rest");
+    format!("{long} at {rate}; {rests}")
 }
 
 fn time(inspection: &Inspection) -> String {
@@ -104,7 +164,7 @@ fn stillness(inspection: &Inspection) -> String {
     }
 }
 
-fn stills(all: &[StillSpan], case_axes: Option<CaseAxes>) -> Section<'static> {
+fn stills<'a>(all: &[StillSpan], case_axes: Option<CaseAxes>) -> Section<'a> {
     let columns = ["", "lines", "from, s", "to, s", "face", "angle to face, °"];
     let mut table = Table::new("", columns).axes("mean reading");
     for (number, still) in (1..).zip(all) {

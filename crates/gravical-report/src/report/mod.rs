@@ -21,7 +21,7 @@ pub use inspection::{inspection, origin};
 pub use motion::{motion, orientation};
 pub use noise::noise;
 
-use crate::document::{Block, Cell, Document, Section, Table, short_name};
+use crate::document::{Block, Cell, Document, Place, Section, Table, short_name};
 
 /// How local gravity is known.
 fn gravity_source(source: GravitySource) -> &'static str {
@@ -76,6 +76,8 @@ impl Document<'_> {
             let text = file.path.clone() + &sum.unwrap_or_default();
             (words(&file.role), text)
         }));
-        self.with(Section::new("Provenance").full(Block::Facts(facts)))
+        let section = Section::new("Provenance").full(Block::Facts(facts));
+        let place = Place::Foot;
+        self.with(Section { place, ..section })
     }
 }

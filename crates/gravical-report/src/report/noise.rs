@@ -1,10 +1,10 @@
 //! Report of the noise of a sensor.
 
 use gravical::noise::{ChannelNoise, NoiseResult, Term, printed_unit};
-use gravical::numfmt::{count, decimals_for, duration_text, fixed, small, unit};
+use gravical::numfmt::{count, decimals_for, digits, duration_text, fixed, small, unit};
 
 use super::short_name;
-use crate::document::{Block, Cell, Document, Section, Table};
+use crate::document::{Block, Cell, Document, HOW, Section, Table, Verdict};
 use crate::figure::Figure;
 
 /// The document of an Allan deviation; `figures` are those of [`crate::figure::noise`].
@@ -23,7 +23,7 @@ pub fn noise<'a>(result: &NoiseResult, figures: &'a [Figure]) -> Document<'a> {
     let reading = Section::new("How it was read")
         .fact("read as", result.description.clone())
         .fact("at rest", at_rest)
-        .fact("temperature", temperature);
+        .fact("temperature", temperature.clone());
     let mut section = Section::new("Noise");
     for sensor in ["accelerometer", "gyroscope"] {
         let channels = result.channels.iter();
@@ -37,19 +37,73 @@ pub fn noise<'a>(result: &NoiseResult, figures: &'a [Figure]) -> Document<'a> {
             section = section.with(parameters(sensor, &channels)).reasons(missing);
         }
     }
-    let note = "N: noise density, B: bias instability, K: random walk; ± 1σ, < upper limit (95 %).";
+    let note = "N: noise density, B: bias instability, K: random walk; ± and < are 95 %.";
     let section = section.with(Block::Note(note.to_owned()));
-    let curves = Section::new("Allan deviation")
-        .figures(figures, &["allan-accelerometer", "allan-gyroscope"])
+    let method = Section::new(HOW)
         .full(Block::Equation("σ²(τ) = N²/τ + (2 ln 2/π) B² + K²τ/3"))
-        .full(Block::Paragraph(METHOD.to_owned()));
+        .full(Block::Paragraph(METHOD.to_owned()))
+        .folded("the fit, and what is not visible");
+    let entry =
+        |name: &str, value: String, remark: &str| [name.to_owned(), value, remark.to_owned()];
+    let degrees = temperature.unwrap_or_else(|| "not recorded".to_owned());
+    let of = |sensor: &str| {
+        let channels = result.channels.iter();
+        let channels = channels.filter(move |c| c.is_gyroscope() == (sensor == "gyroscope"));
+        let found = channels.filter_map(|c| Some((c.n.as_ref()?.value, c.is_gyroscope())));
+        let (worst, gyroscope) = found.max_by(|a, b| a.0.total_cmp(&b.0))?;
+        let (name, factor) = printed_unit(Term::N, gyroscope);
+        Some(format!("{} {name}", digits(factor * worst, 3)))
+    };
+    let both: Vec<String> = ["accelerometer", "gyroscope"]
+        .into_iter()
+        .filter_map(of)
+        .collect();
+    let headline = match &both[..] {
+        [] => "The noise density is not visible".to_owned(),
+        both => both.join(" and "),
+    };
+    let missing = result
+        .channels
+        .iter()
+        .flat_map(|c| &c.not_observable)
+        .count();
+    let proof = match missing {
+        0 => "White noise, bias instability and random walk are all visible.".to_owned(),
+        n => format!(
+            "{} not visible in this recording; the table has their upper limits.",
+            match n {
+                1 => "One term is".to_owned(),
+                n => format!("{n} terms are"),
+            }
+        ),
+    };
     Document {
         subject: vec![name.clone()],
+        certificate: vec![
+            entry("Recording", name.clone(), ""),
+            entry("At rest", used.clone(), &format!("of {recorded}")),
+            entry("Rate", format!("{rate} Hz"), ""),
+            entry("Temperature", degrees, ""),
+        ],
+        verdict: Some(Verdict {
+            headline: Some([headline, "noise density N, noisiest axis".to_owned()]),
+            ..Verdict::without_word(proof)
+        }),
         ..Document::new(format!("Noise of {name}"))
     }
-    .with(reading)
-    .with(section)
-    .with(curves)
+    .with(
+        Section::new("Allan deviation")
+            .figures(figures, &["allan-accelerometer"])
+            .wide(7),
+    )
+    .with(
+        Section::new("Gyroscope")
+            .figures(figures, &["allan-gyroscope"])
+            .wide(12),
+    )
+    .with(section.wide(12))
+    .with(reading.folded("what was read"))
+    .with(method)
     .with_findings(&result.findings, false)
 }
 

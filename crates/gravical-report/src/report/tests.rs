@@ -61,8 +61,12 @@ fn names_are_no_markup() {
         .push(serde_json::from_value(json).unwrap());
     motion.result.computation.frame = evil.to_owned();
     motion.result.moves[0].unusable = Some(evil.to_owned());
-    let line = Series::line(evil, Role::Raw, [(0.0, 0.0), (1.0, 1.0)]);
-    let panel = Panel::new(evil, Axis::new(evil, "s"), Axis::new("y", evil), [line]);
+    let line = Series::line(evil, Role::Raw, [[0.0, 0.0], [1.0, 1.0]], &[]);
+    let axes = [
+        Axis::new(evil, "", [0.0, 1.0]),
+        Axis::rows([evil.to_owned()]),
+    ];
+    let panel = Panel::new(evil, evil, axes, [line]);
     let figures = [Figure::new("velocity", evil, evil, [panel])];
     let input = InputFile {
         path: evil.to_owned(),
@@ -78,13 +82,8 @@ fn names_are_no_markup() {
     let page = document.to_html();
     assert!(!page.contains("<img") && !page.contains("push <script>"));
     assert_eq!(page.matches("</script>").count(), 1);
-    let text = document.to_markdown(Some("figures"));
-    assert!(
-        !text.contains("<img") || text.matches("<img").count() == text.matches("\\<img").count()
-    );
-    assert!(!text.contains("\n# a") && !text.contains('\0'), "{text}");
     // A drawing of its own is XML whatever its names are.
-    let drawing = crate::figure::svg::standalone(&figures[0]);
+    let drawing = crate::figure::standalone(&figures[0]);
     assert!(!drawing.contains("<img"));
     let options = roxmltree::ParsingOptions::default();
     roxmltree::Document::parse_with_options(&drawing, options).unwrap();

@@ -268,10 +268,10 @@ fn in_comment(text: &str) -> String {
     ascii.replace(is_harmful, "_")
 }
 
-/// The calibration as code to paste: its language, the mark of that language in Markdown, and the
+/// The calibration as code to paste: its language and the
 /// text.
 #[doc(hidden)]
-pub fn snippets(file: &Calibration) -> [(&'static str, &'static str, String); 3] {
+pub fn snippets(file: &Calibration) -> [(&'static str, String); 3] {
     let fill = |template: &str, write: fn(f64) -> String| {
         let mut values = Values::new(write);
         let mut accelerometer = Sensor::accelerometer(file);
@@ -287,9 +287,5 @@ pub fn snippets(file: &Calibration) -> [(&'static str, &'static str, String); 3]
     let c = fill(include_str!("templates/paste.c.in"), nine_digits);
     let python = fill(include_str!("templates/paste.py.in"), nine_digits);
     let equation = fill(include_str!("templates/paste.txt.in"), six_digits);
-    [
-        ("C", "c", c),
-        ("Python", "python", python),
-        ("Equation", "", equation),
-    ]
+    [("C", c), ("Python", python), ("Equation", equation)]
 }

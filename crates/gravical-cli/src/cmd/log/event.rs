@@ -145,7 +145,7 @@ impl Ended {
         }
         match &self.inspection {
             Some(inspection) => {
-                let document = report::inspection(inspection);
+                let document = report::inspection(inspection, &[]);
                 format!("{text}\n\n{}", document.to_text(Detail::Full))
             }
             None => format!("{text}\nNext: gravical inspect {}", shell_word(file)),

@@ -6,28 +6,26 @@ use gravical::escape;
 use maud::{DOCTYPE, Markup, PreEscaped, html};
 
 use super::{
-    Block, Cell, Column, Detail, Document, Remark, Section, Table, Verdict, left_out, parts,
+    Block, Cell, Column, Detail, Document, HOW, Place, Remark, Section, Table, Verdict, left_out,
+    parts,
 };
-use crate::figure::{Figure, svg};
+use crate::figure::draw;
 
 /// Nothing is loaded, whatever a file name or label contains.
 const POLICY: &str =
     "default-src 'none'; style-src 'unsafe-inline'; script-src 'unsafe-inline'; img-src data:";
 
+/// Reasons that a page shows with the verdict where all stand below "How do you know?".
+const PROOFS: usize = 2;
+
 const STYLE: &str = include_str!("style.css");
 const SCRIPT: &str = include_str!("script.js");
 
 impl Document<'_> {
-    /// The whole document as a page.
+    /// The whole document as a page: certificate, verdict with its chart, tables, figures, what is folded, foot.
     pub fn to_html(&self) -> String {
-        let verdict = self.verdict.iter().map(|v| ("Verdict", verdict(v)));
-        let blocks =
-            |s: &Section<'_>| html! { @for b in s.shown(Detail::Full) { (block(b, s.title)) } };
-        let sections = verdict.chain(self.sections.iter().map(|s| (s.title, blocks(s))));
-        // Where a link leads, heading and content.
-        let anchor = |title: &str| title.to_lowercase().replace(' ', "-");
-        let sections = sections.map(|(title, body)| (anchor(title), title, body));
-        let sections: Vec<(String, &str, Markup)> = sections.collect();
+        let mark = self.verdict.as_ref().map_or("note", mark);
+        let placed = |at: fn(&Place) -> bool| self.sections.iter().filter(move |s| at(&s.place));
         let page = html! {
             (DOCTYPE)
             html lang="en" {
@@ -41,21 +39,26 @@ impl Document<'_> {
                     style { (PreEscaped(STYLE)) }
                 }
                 body {
-                    a.skip href="#main" { "Skip to the report" }
+                    a.skip href="#main" { "Skip to the result" }
                     header {
-                        h1 { (self.title) }
-                        @for line in &self.subject { p.sub { (line) } }
+                        h1 { strong { "gravical" } " " (self.title) }
+                        @if self.certificate.is_empty() { @for line in &self.subject { p { (line) } } }
                     }
-                    nav aria-label="Sections" {
-                        ol { @for (id, title, _) in &sections { li { a href={ "#" (id) } { (title) } } } }
-                    }
-                    main id="main" tabindex="-1" {
-                        @for (id, title, body) in &sections {
-                            section id=(id) aria-labelledby={ (id) "-h" } {
-                                h2 id={ (id) "-h" } { (title) }
-                                (body)
-                            }
+                    main id="main" tabindex="-1" data-mark=(mark) {
+                        @if !self.certificate.is_empty() { (certificate(&self.certificate)) }
+                        @if let Some(v) = &self.verdict {
+                            @let beside = placed(|p| matches!(p, Place::Card(_))).next().map(|s| &s.place);
+                            @let wide = if beside == Some(&Place::Card(7)) { 5 } else { 12 };
+                            (verdict(v, self.sections.iter().any(|s| s.title == HOW), wide))
                         }
+                        @for s in placed(|p| matches!(p, Place::Card(_))) { (card(s)) }
+                        @if placed(|p| matches!(p, Place::Fold(_))).next().is_some() {
+                            div.card.folds { @for s in placed(|p| matches!(p, Place::Fold(_))) { (fold(s, self.verdict.as_ref())) } }
+                        }
+                    }
+                    footer {
+                        p { "Every ± and every “within” is 95 % (k = 2)." }
+                        @for s in placed(|p| matches!(p, Place::Foot)) { (foot(s)) }
                     }
                     script { (PreEscaped(SCRIPT)) }
                 }
@@ -65,24 +68,162 @@ impl Document<'_> {
     }
 }
 
-/// Badge, conclusion, reasons, next steps.
-fn verdict(v: &Verdict) -> Markup {
-    let (class, sign) = match v.grade {
-        Grade::Good => ("good", "✓"),
-        Grade::Fair => ("fair", "~"),
-        Grade::Poor => ("poor", "✗"),
-        Grade::NotVerifiable => ("unknown", "?"),
-    };
-    html! {
-        p.badge.(class) { span.sign aria-hidden="true" { (sign) } " " strong { (v.word) } }
-        @if let Some(conclusion) = &v.conclusion { p.conclusion { (words(conclusion)) } }
-        (list(&v.reasons))
-        @if !v.next.is_empty() { h3 { "Next" } (list(&v.next)) }
+/// Which colour and sign it has.
+fn mark(v: &Verdict) -> &'static str {
+    match v.grade {
+        _ if v.word.is_empty() => "note",
+        Grade::Good => "good",
+        Grade::Fair => "fair",
+        Grade::Poor => "poor",
+        Grade::NotVerifiable => "open",
     }
 }
 
-fn list(points: &[String]) -> Markup {
-    html! { @if !points.is_empty() { ul { @for point in points { li { (words(point)) } } } } }
+fn certificate(entries: &[[String; 3]]) -> Markup {
+    html! {
+        dl.card.cert aria-label="Certificate" {
+            @for [name, value, remark] in entries {
+                div {
+                    dt { (name) }
+                    dd { (signs(value)) @if !remark.is_empty() { " " small { (signs(remark)) } } }
+                }
+            }
+        }
+    }
+}
+
+/// Word, one number, its proof, other numbers, what to do next; `wide` of twelve columns. Reasons that stand below "How
+/// do you know?" are not all said here.
+fn verdict(v: &Verdict, is_explained: bool, wide: u8) -> Markup {
+    let said = v.conclusion.iter().chain(&v.reasons);
+    let (headline, proof): (_, Vec<&String>) = match &v.headline {
+        Some(headline) if v.proof.is_empty() && v.reasons.is_empty() => {
+            (headline.clone(), v.conclusion.iter().collect())
+        }
+        Some(headline) if v.proof.is_empty() => {
+            let most = if is_explained {
+                PROOFS
+            } else {
+                v.reasons.len()
+            };
+            (headline.clone(), v.reasons.iter().take(most).collect())
+        }
+        Some(headline) => (headline.clone(), v.proof.iter().collect()),
+        None => {
+            let first = said.clone().next().cloned().unwrap_or_default();
+            ([first, String::new()], said.skip(1).collect())
+        }
+    };
+    let class = format!("card verdict w{wide}");
+    html! {
+        section class=(class) data-mark=(mark(v)) aria-labelledby="verdict" {
+            @if !v.word.is_empty() { p.mark.pill { (v.word) } }
+            h2 id="verdict" {
+                (signs(&headline[0]))
+                @if !headline[1].is_empty() { " " small { (signs(&headline[1])) } }
+            }
+            @for text in proof { p { (words(text)) } }
+            @if !v.numbers.is_empty() {
+                div.numbers { @for [value, what] in &v.numbers { p { b { (signs(value)) } span { (what) } } } }
+            }
+            @if !v.next.is_empty() {
+                div.next { h3 { "Next" } ol { @for step in &v.next { (self::step(step)) } } }
+            }
+        }
+    }
+}
+
+/// What to do; a command at its end is there to be copied.
+fn step(step: &str) -> Markup {
+    let all: Vec<(&str, bool)> = parts(step).collect();
+    match &all[..] {
+        [text @ .., (command, true)] if command.starts_with("gravical ") => {
+            let text: String = text
+                .iter()
+                .map(|(text, is_code)| {
+                    if *is_code {
+                        format!("`{text}`")
+                    } else {
+                        (*text).to_owned()
+                    }
+                })
+                .collect();
+            let text = text.trim().trim_end_matches(':');
+            html! { li { (words(text)) div.command { code { (command) } } } }
+        }
+        _ => html! { li { (words(step)) } },
+    }
+}
+
+/// A section in sight. A figure has its own heading.
+fn card(s: &Section<'_>) -> Markup {
+    let Place::Card(width) = s.place else {
+        return html! {};
+    };
+    let class = format!("card w{width}");
+    let own = matches!(s.blocks.first(), Some((_, Block::Figure(_))));
+    html! {
+        section class=(class) id=[(!own).then(|| anchor(s.title))] {
+            @if !own { div.head { h2 { (s.title) } } }
+            (blocks(s))
+        }
+    }
+}
+
+/// A section that opens; that of the method has the reasons of the verdict.
+fn fold(s: &Section<'_>, verdict: Option<&Verdict>) -> Markup {
+    let Place::Fold(note) = &s.place else {
+        return html! {};
+    };
+    html! {
+        details id=(anchor(s.title)) {
+            summary { h2 { (s.title) } @if !note.is_empty() { span.note { (note) } } }
+            @if let Some(v) = verdict.filter(|_| s.title == HOW) {
+                ul { @for reason in &v.reasons { li { (words(reason)) } } }
+            }
+            (blocks(s))
+        }
+    }
+}
+
+fn foot(s: &Section<'_>) -> Markup {
+    html! {
+        @for b in s.shown(Detail::Full) {
+            @if let Block::Facts(facts) = b {
+                @for (name, text) in facts { p { (name) " " (words(text)) } }
+            }
+        }
+    }
+}
+
+fn anchor(title: &str) -> String {
+    format!("section-{}", title.to_lowercase().replace([' ', '?'], "-"))
+}
+
+/// The blocks of a section; languages of code are tabs.
+fn blocks(s: &Section<'_>) -> Markup {
+    let shown: Vec<&Block<'_>> = s.shown(Detail::Full).collect();
+    let is_code = |b: &&Block<'_>| matches!(b, Block::Code(..));
+    html! {
+        @for run in shown.chunk_by(|a, b| is_code(a) && is_code(b)) {
+            @if is_code(&run[0]) { (tabs(run)) } @else { (block(run[0], s.title)) }
+        }
+    }
+}
+
+fn tabs(all: &[&Block<'_>]) -> Markup {
+    html! {
+        div.tabs role="group" aria-label="Language" {
+            @for (i, b) in all.iter().enumerate() {
+                @if let Block::Code(language, code) = b {
+                    @let id = format!("code-{i}");
+                    input.unseen type="radio" name="code" id=(id) checked[i == 0];
+                    label for=(id) { (language) }
+                    pre tabindex="0" { (code) }
+                }
+            }
+        }
+    }
 }
 
 /// Commands and options as code.
@@ -94,51 +235,62 @@ fn words(text: &str) -> Markup {
     }
 }
 
+/// With typographic minus signs before digits.
+fn signs(text: &str) -> String {
+    let mut out = String::with_capacity(text.len());
+    let mut chars = text.chars().peekable();
+    let mut before = ' ';
+    while let Some(c) = chars.next() {
+        let is_sign = c == '-'
+            && matches!(before, ' ' | '(' | '±')
+            && chars
+                .peek()
+                .is_some_and(|n| n.is_ascii_digit() || "xyz".contains(*n));
+        out.push(if is_sign { '−' } else { c });
+        before = c;
+    }
+    out
+}
+
 fn block(block: &Block<'_>, title: &str) -> Markup {
     match block {
         Block::Paragraph(text) => html! { p { (words(text)) } },
         Block::Note(text) => html! { p.note { (words(text)) } },
         Block::Equation(lines) => html! { p.equation { (lines) } },
         Block::Facts(facts) => html! {
-            dl { @for (name, text) in facts { div { dt { (name) } dd { (words(text)) } } } }
+            dl.facts { @for (name, text) in facts { div { dt { (name) } dd { (words(text)) } } } }
         },
         Block::Table(t) => table(t, title),
-        Block::Figure(f) => figure(f),
-        Block::Code(language, _, code) => html! {
-            h3 { (language) }
-            pre role="region" aria-label=(language) tabindex="0" { (code) }
-        },
+        Block::Figure(f) => draw::figure(f),
+        Block::Code(language, code) => html! { h3 { (language) } pre { (code) } },
         Block::Findings(all) => html! { ul.findings { @for r in all { (remark(r)) } } },
     }
 }
 
 fn remark(r: &Remark) -> Markup {
-    let (class, sign, word) = if r.warning {
-        ("warning", "!", "Warning")
+    let (mark, word) = if r.warning {
+        ("fair", "Warning")
     } else {
-        ("note", "·", "Note")
+        ("note", "Note")
     };
     html! {
-        li.(class) {
-            span.sign aria-hidden="true" { (sign) } " "
-            span.vh { (word) ": " }
-            code { (r.kind) } " " (words(&r.text))
+        li.mark data-mark=(mark) {
+            span { span.unseen { (word) ": " } (words(&r.text)) " " code { (r.kind) } }
         }
     }
 }
 
 /// A table that scrolls if it is wider than the page.
 fn table(t: &Table, title: &str) -> Markup {
-    let caption = Some(t.caption.as_str()).filter(|c| !c.is_empty());
     let class: Vec<Option<&str>> = (0..t.columns.len())
         .map(|i| t.is_numeric(i).then_some("n"))
         .collect();
     let groups: Vec<&[Column]> = t.columns.chunk_by(|a, b| a.group == b.group).collect();
     let (rows, more) = t.shown(Detail::Full);
     html! {
-        div.scroll tabindex="0" role="region" aria-label=(caption.unwrap_or(title)) {
-            table {
-                caption class=[caption.is_none().then_some("vh")] { (caption.unwrap_or(title)) }
+        @if !t.caption.is_empty() { div.head { h3 { (t.caption) } } }
+        div.table.stack[t.columns.len() > 6] {
+            table aria-label=(if t.caption.is_empty() { title } else { &t.caption }) {
                 thead {
                     @if groups.iter().any(|g| !g[0].group.is_empty()) {
                         tr {
@@ -162,7 +314,11 @@ fn table(t: &Table, title: &str) -> Markup {
                         tr {
                             @if let Some(name) = row.first() { th scope="row" { (cell_text(name)) } }
                             @for (cell, class) in row.iter().zip(&class).skip(1) {
-                                td class=[*class] { (cell_text(cell)) }
+                                @if let Cell::Share(share) = cell {
+                                    td.share { i style={ "--share:" (format!("{share:.1}%")) } {} }
+                                } @else {
+                                    td class=[*class] { (cell_text(cell)) }
+                                }
                             }
                         }
                     }
@@ -178,18 +334,10 @@ fn cell_text(c: &Cell) -> Markup {
     let shown = |text: &str| text.replace('-', "−");
     match c {
         Cell::Text(text) => html! { (text) },
+        Cell::Share(share) => html! { (format!("{share:.0} %")) },
         Cell::Number(text, sd) => html! {
             (shown(text))
-            @if let Some(sd) = sd { " " span.sd { "± " (shown(sd)) } }
+            @if let Some(sd) = sd { " " small { "± " (shown(sd)) } }
         },
-    }
-}
-
-fn figure(f: &Figure) -> Markup {
-    html! {
-        figure id={ "figure-" (f.name) } aria-label=(f.title) {
-            figcaption { p { (f.caption) } }
-            div.drawing { (PreEscaped(svg::standalone(f))) }
-        }
     }
 }

@@ -175,7 +175,7 @@ fn what_a_report_has_to_paste_compiles_and_calibrates_alike() {
     let mut uncoupled = in_g();
     uncoupled.gyroscope.as_mut().unwrap().g_sensitivity = [[0.0; 3]; 3];
     for (file, a) in [(in_g(), "a, "), (uncoupled, "")] {
-        let [(_, _, c), (_, _, python), (_, _, equation)] = gravical::export::snippets(&file);
+        let [(_, c), (_, python), (_, equation)] = gravical::export::snippets(&file);
         assert!(equation.starts_with("(r: accelerometer, raw, g; a: m/s²)\nux = rx - 0.0316"));
         assert_eq!(equation.contains(" ax "), !a.is_empty(), "{equation}");
         let folder = tempfile::tempdir().unwrap();

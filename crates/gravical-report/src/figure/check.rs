@@ -1,0 +1,123 @@
+//! Figures of a check and of a comparison.
+
+use gravical::check::{CheckReport, StillCheck};
+use gravical::compare::Comparison;
+use gravical::numfmt::{digits, milli_g, unit};
+
+use super::panel::{Axis, Figure, Panel, Role, Series};
+
+/// More rests than this are not shown one by one: those that are off most are.
+const MAX_ROWS: usize = 40;
+
+/// The error of each rest, and over the temperature where it was recorded.
+pub fn check(report: &CheckReport) -> Vec<Figure> {
+    let mut stills: Vec<&StillCheck> = report.static_intervals.iter().collect();
+    let all = stills.len();
+    if all > MAX_ROWS {
+        stills.sort_by(|a, b| b.z.abs().total_cmp(&a.z.abs()));
+        stills.truncate(MAX_ROWS);
+    }
+    let name = |s: &&StillCheck| {
+        let label = s
+            .label
+            .clone()
+            .unwrap_or_else(|| format!("{} up", s.nearest));
+        let at = s
+            .start_s
+            .filter(|_| s.label.is_none())
+            .map(|s| format!(", {s:.0} s"));
+        (label + &at.unwrap_or_default()).replace('-', "−")
+    };
+    let bar = |s: &&StillCheck| [milli_g(s.error_mps2), 2.0 * milli_g(s.sigma_mps2)];
+    let role = |s: &&StillCheck| {
+        if s.error_mps2.abs() > 2.0 * s.sigma_mps2 {
+            Role::Bad
+        } else {
+            Role::Result
+        }
+    };
+    // Each rest has its row, in the colour of what it says.
+    let rows = |of: Role, title: &str| {
+        let values = stills
+            .iter()
+            .map(|s| if role(s) == of { bar(s) } else { [f64::NAN; 2] });
+        Series::in_rows(title, of, values)
+    };
+    let series = [
+        rows(Role::Result, "error ± 95 %"),
+        rows(Role::Bad, "beyond its bar"),
+    ];
+    let ends = stills.iter().map(|s| bar(s)[0].abs() + bar(s)[1]);
+    let axes = [
+        Axis::around_zero("", ends),
+        Axis::rows(stills.iter().map(name)),
+    ];
+    let rms = digits(milli_g(report.rms_mps2), 2);
+    let panel = Panel::new("Error of ‖a‖", "mg", axes, series).noted(format!("rms {rms}"));
+    let mut caption = "If the calibration still fits, 95 % of the bars reach zero.".to_owned();
+    if all > stills.len() {
+        caption += &format!(" The {} that are off most, of {all}.", stills.len());
+    }
+    let errors = Figure::new("errors", "Error of ‖a‖ of each rest", caption, [panel]);
+    std::iter::once(errors)
+        .chain(by_temperature(report))
+        .collect()
+}
+
+fn by_temperature(report: &CheckReport) -> Option<Figure> {
+    let stills = report.static_intervals.iter();
+    let points = stills.filter_map(|s| Some([s.temperature_c?, milli_g(s.error_mps2)]));
+    let points: Vec<[f64; 2]> = points.collect();
+    let x = Axis::over(
+        "temperature, °C",
+        "T = {} °C",
+        points.iter().map(|p| p[0]),
+        0.08,
+    );
+    let is_spread = x.range[1] - x.range[0] > 1.0 && points.len() > 1;
+    let y = Axis::around_zero("", points.iter().map(|p| p[1]));
+    let series = [Series::points("rest", Role::Result, points)];
+    let panel = Panel::new("Error of ‖a‖", "mg", [x, y], series).alone();
+    let caption =
+        "An error that grows with the distance from the temperature of the calibration is drift.";
+    is_spread.then(|| Figure::new("temperature", "Error by temperature", caption, [panel]))
+}
+
+/// Each parameter, B − A, in its own 95 % bar.
+pub fn comparison(c: &Comparison) -> Vec<Figure> {
+    let known = c
+        .parameters
+        .iter()
+        .filter(|p| p.sigma.is_some_and(|s| s > 0.0));
+    let known: Vec<_> = known.collect();
+    let z = |p: &&gravical::compare::ParameterDifference| p.z.unwrap_or(f64::NAN);
+    let rows = |of: Role, title: &str, is_in: &dyn Fn(f64) -> bool| {
+        let values = known.iter().map(|p| {
+            if is_in(z(p).abs()) {
+                [z(p) / 2.0, 1.0]
+            } else {
+                [f64::NAN; 2]
+            }
+        });
+        Series::in_rows(title, of, values)
+    };
+    let series = [
+        rows(Role::Result, "B − A, ± 95 %", &|z| z <= 2.0),
+        rows(Role::Bad, "beyond its bar", &|z| z > 2.0),
+    ];
+    let name = |p: &&gravical::compare::ParameterDifference| {
+        format!("{}, {}", p.name.replace('_', " "), unit(p.unit))
+    };
+    let ends = known.iter().map(|p| (z(p) / 2.0).abs() + 1.0);
+    let axes = [
+        Axis::around_zero("", ends),
+        Axis::rows(known.iter().map(name)),
+    ];
+    let panel = Panel::new("B − A, in its ± 95 %", "", axes, series);
+    let caption = "A bar that reaches zero agrees: 95 % do where nothing changed.";
+    let figure = Figure::new("parameters", "Each parameter", caption, [panel]);
+    Some(figure)
+        .filter(|_| !known.is_empty())
+        .into_iter()
+        .collect()
+}
