@@ -5,6 +5,7 @@
 //! $ cargo run --release -p gravical-motion --example accuracy -- 150 cart
 //! $ cargo run --release -p gravical-motion --example accuracy -- detection
 //! $ cargo run --release -p gravical-motion --example accuracy -- drives
+//! $ cargo run --release -p gravical-motion --example accuracy -- walks
 //! $ cargo run --release -p gravical-motion --example accuracy -- cameras
 //! ```
 //!
@@ -32,16 +33,22 @@ mod drives;
 #[allow(dead_code, unused_imports, reason = "the tests use more of it")]
 mod real;
 
+#[path = "../tests/it/walks.rs"]
+#[allow(dead_code, reason = "the tests use more of it")]
+mod walks;
+
 use cameras::{TRIALS, attitude, uncalibrated};
 use drives::drives;
 use simulated::{Scene, Trouble};
 use study::{Study, kinds, options, options_with};
+use walks::{Walk, walks};
 
 fn main() {
     let mut arguments = std::env::args().skip(1);
     let first = arguments.next().unwrap_or_else(|| "60".to_owned());
     match first.parse() {
         Err(_) if first == "drives" => table_of_drives(&arguments.next().unwrap_or_default()),
+        Err(_) if first == "walks" => table_of_walks(&arguments.next().unwrap_or_default()),
         Err(_) if first == "cameras" => table_of_cameras(),
         Ok(seeds) => table_of_kinds(seeds, &arguments.next().unwrap_or_default()),
         Err(_) => map_of_detection(),
@@ -80,6 +87,35 @@ fn table_of_drives(wanted: &str) {
         let sd = 1e3 * out.sds_m.get(count / 2).unwrap_or(&f64::NAN);
         println!("| {name} | {beyond} | {open} | {found}, {all} | {rms:.1} | {sd:.1} |");
     }
+}
+
+fn table_of_walks(wanted: &str) {
+    println!("| walk | rms, m | 1σ | 2σ | width | beyond 4σ, unwarned, of 32 |");
+    println!("|---|---|---|---|---|---|");
+    let is_wanted = |(_, walk): &(u64, Walk)| walk.name.contains(wanted);
+    for (kind, walk) in (0..).zip(walks()).filter(is_wanted) {
+        let first = 700 + 32 * kind;
+        let out = walk.outcome(first..first + 32);
+        let axes = |value: fn(&Study) -> f64| {
+            let [x, y, z] = out.axes.each_ref().map(value);
+            format!("{x:.2} / {y:.2} / {z:.2}")
+        };
+        println!(
+            "| {} | {} | {} | {} | {} | {}, {} |",
+            walk.name,
+            axes(rms_m),
+            axes(|s| s.coverage(1.0)),
+            axes(|s| s.coverage(2.0)),
+            axes(Study::width),
+            out.beyond,
+            out.unwarned
+        );
+    }
+}
+
+fn rms_m(study: &Study) -> f64 {
+    let squares = study.errors.iter().map(|e| e.0 * e.0);
+    (squares.sum::<f64>() / study.errors.len() as f64).sqrt()
 }
 
 fn table_of_cameras() {

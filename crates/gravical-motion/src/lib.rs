@@ -9,7 +9,7 @@
 //! 1. [`Samples`]: times, specific force, angular rate; what is clipped or spiked is interpolated before
 //!    ([`gravical_signal::interpolate_outliers`]).
 //! 2. [`MotionOptions`]: how far the calibration may be off, and what is known.
-//! 3. [`estimate_motion`]: rests, an error-state Kalman filter of 40 states with zero-velocity updates and
+//! 3. [`estimate_motion`]: rests, an error-state Kalman filter of 42 states with zero-velocity updates and
 //!    levelling, its smoother.
 //! 4. [`Motion`]: rests, moves with their deviations, path; [`Motion::states`]: every sample.
 //!

@@ -125,9 +125,10 @@ impl MoveSegment {
         filter.start_move(self.gained_sd_mps);
         for &stance in &self.stances {
             let (before, mark) = (filter.clone(), recorder.records.len());
+            let start = before.nominal.position;
             filter.propagate_levelled(stance, node, added_noise, recorder);
             let seconds = samples.time_s[stance] - samples.time_s[before.at];
-            let mut innovation = filter.stance_innovation();
+            let mut innovation = filter.stance_innovation(&start);
             if let Some(more) = innovation.force_density(MAX_STEP_CHI2, seconds) {
                 recorder.records.truncate(mark);
                 *filter = before;
@@ -137,7 +138,7 @@ impl MoveSegment {
                     ..*added_noise
                 };
                 filter.propagate_levelled(stance, node, &added_noise, recorder);
-                innovation = filter.stance_innovation();
+                innovation = filter.stance_innovation(&start);
             }
             filter.update(&innovation, recorder);
         }

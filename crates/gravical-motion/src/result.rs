@@ -46,8 +46,8 @@ pub enum Ends {
 /// Standard deviations that parts of the uncertainty contribute to a displacement, m; squares add up.
 #[derive(Debug, Clone, Copy, PartialEq, Default, Serialize)]
 pub struct Budget {
-    /// Noise of the accelerometer, in the move and at the rests that level it; what the move was rougher;
-    /// the clock.
+    /// Noise of the accelerometer, in the move and at the rests that level it; what the move was rougher; the
+    /// velocity of a foot in its stances; the clock.
     pub noise: [f64; 3],
     /// Calibration and gravity.
     pub calibration: [f64; 3],

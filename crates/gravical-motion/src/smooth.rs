@@ -10,12 +10,13 @@ use nalgebra::{Matrix3, SMatrix, Vector3};
 use crate::filter::{Node, Record, Update};
 use crate::result::{Budget, CLOCK_SD, Move, PathNode, deviation};
 use crate::state::{
-    Covariance, EARLIER_VELOCITY, ErrorState, GRAVITY, MOVING, NineRows, POSITION, STATES, VELOCITY,
+    ACTING, Covariance, Derivatives, EARLIER_VELOCITY, ErrorState, GRAVITY, MOVING, POSITION,
+    STATES, VELOCITY,
 };
 use crate::transition::Transition;
 
 /// Gravity and the parameters of the calibration.
-const CONSTANTS: usize = STATES - GRAVITY;
+const CONSTANTS: usize = ACTING - GRAVITY;
 
 type Position = SMatrix<f64, 3, STATES>;
 
@@ -167,12 +168,13 @@ impl Smoother {
 
 /// Fᵀ x where only the first nine rows of F are not those of the identity.
 fn transposed_times<const C: usize>(
-    f: &NineRows,
+    f: &Derivatives,
     x: &SMatrix<f64, STATES, C>,
 ) -> SMatrix<f64, STATES, C> {
-    let mut out = f.transpose() * x.fixed_rows::<MOVING>(0);
-    let mut constant = out.fixed_rows_mut::<{ STATES - MOVING }>(MOVING);
-    constant += x.fixed_rows::<{ STATES - MOVING }>(MOVING);
+    let mut out = *x;
+    out.fixed_rows_mut::<MOVING>(0).fill(0.0);
+    let mut acting = out.fixed_rows_mut::<ACTING>(0);
+    acting += f.transpose() * x.fixed_rows::<MOVING>(0);
     out
 }
 

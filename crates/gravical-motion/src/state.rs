@@ -2,14 +2,14 @@
 //!
 //! Error state x = true − nominal (Solà 2017, arXiv 1711.02508, section 5, with the attitude error in the
 //! world frame): position, velocity, attitude φ (R_true = exp(φ×) R), bias of the accelerometer, bias of
-//! the gyroscope, the velocity some seconds before, gravity, and the parameters of the calibration in units of
-//! their standard deviations.
+//! the gyroscope, gravity, the parameters of the calibration in units of their standard deviations, the velocity
+//! some seconds before, and what all stances of a foot have of a velocity.
 
-use nalgebra::{Matrix3, Rotation3, SMatrix, SVector, Vector3};
+use nalgebra::{Matrix3, Rotation3, SMatrix, SVector, Vector2, Vector3};
 
 use crate::options::Directions;
 
-pub(crate) const STATES: usize = 40;
+pub(crate) const STATES: usize = 42;
 pub(crate) const POSITION: usize = 0;
 pub(crate) const VELOCITY: usize = 3;
 pub(crate) const ATTITUDE: usize = 6;
@@ -17,16 +17,22 @@ pub(crate) const ATTITUDE: usize = 6;
 pub(crate) const MOVING: usize = 9;
 pub(crate) const FORCE_BIAS: usize = 9;
 pub(crate) const RATE_BIAS: usize = 12;
-pub(crate) const EARLIER_VELOCITY: usize = 15;
-pub(crate) const GRAVITY: usize = 18;
-pub(crate) const RATE_PARAMETERS: usize = 19;
-pub(crate) const FORCE_PARAMETERS: usize = 28;
-const PARAMETERS: usize = STATES - RATE_PARAMETERS;
+pub(crate) const GRAVITY: usize = 15;
+pub(crate) const RATE_PARAMETERS: usize = 16;
+pub(crate) const FORCE_PARAMETERS: usize = 25;
+const PARAMETERS: usize = ACTING - RATE_PARAMETERS;
+/// States before it act on the motion.
+pub(crate) const ACTING: usize = 37;
+pub(crate) const EARLIER_VELOCITY: usize = 37;
+/// Velocity that every stance of a foot has, up and along its step.
+pub(crate) const STANCE_SPEED: usize = 40;
 
 pub(crate) type Covariance = SMatrix<f64, STATES, STATES>;
 pub(crate) type ErrorState = SVector<f64, STATES>;
 /// Nine rows over all states.
 pub(crate) type NineRows = SMatrix<f64, MOVING, STATES>;
+/// Nine rows over those that act on the motion.
+pub(crate) type Derivatives = SMatrix<f64, MOVING, ACTING>;
 
 /// Writes three rows of a matrix from an element on.
 pub(crate) fn set_rows<const C: usize, const W: usize>(
@@ -46,10 +52,12 @@ pub(crate) struct Nominal {
     pub position: Vector3<f64>,
     pub force_bias: Vector3<f64>,
     pub rate_bias: Vector3<f64>,
-    pub earlier_velocity: Vector3<f64>,
     pub gravity: f64,
     /// Parameters of the calibration, of the gyroscope first, in standard deviations.
     pub parameters: SVector<f64, PARAMETERS>,
+    pub earlier_velocity: Vector3<f64>,
+    /// m/s, up and along the step.
+    pub stance_speed: Vector2<f64>,
 }
 
 impl Nominal {
@@ -61,6 +69,7 @@ impl Nominal {
         self.force_bias += part(FORCE_BIAS);
         self.rate_bias += part(RATE_BIAS);
         self.earlier_velocity += part(EARLIER_VELOCITY);
+        self.stance_speed += x.fixed_rows::<2>(STANCE_SPEED);
         self.gravity += x[GRAVITY];
         self.attitude = Rotation3::new(part(ATTITUDE)).into_inner() * self.attitude;
         self.parameters += x.fixed_rows::<PARAMETERS>(RATE_PARAMETERS);

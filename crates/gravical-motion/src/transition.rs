@@ -7,7 +7,7 @@ use nalgebra::{Matrix3, Rotation3, SMatrix, Vector3};
 use crate::noise::{Density, Noise};
 use crate::options::{Directions, MotionOptions};
 use crate::state::{
-    ATTITUDE, FORCE_BIAS, FORCE_PARAMETERS, GRAVITY, MOVING, NineRows, Nominal, POSITION,
+    ATTITUDE, Derivatives, FORCE_BIAS, FORCE_PARAMETERS, GRAVITY, MOVING, Nominal, POSITION,
     RATE_BIAS, RATE_PARAMETERS, VELOCITY, by_element, set_rows,
 };
 use gravical_signal::Samples;
@@ -39,7 +39,7 @@ const YAW_OVER_TILT: f64 = 20.0;
 #[derive(Debug, Clone)]
 pub(crate) struct Transition {
     /// The first nine rows of F; the others are those of the identity.
-    pub f: NineRows,
+    pub f: Derivatives,
     /// Covariance of position, velocity and attitude by the noise of both sensors.
     pub q: SMatrix<f64, MOVING, MOVING>,
     /// The part of it that comes from the angular rate.
@@ -141,9 +141,9 @@ impl Model<'_> {
     }
 
     /// The first nine rows of F (Solà, eq. 269 for the world frame, integrated over the node).
-    fn derivatives(&self, sums: &Sums, seconds: f64) -> NineRows {
+    fn derivatives(&self, sums: &Sums, seconds: f64) -> Derivatives {
         let half = 0.5 * seconds;
-        let mut f = NineRows::identity();
+        let mut f = Derivatives::identity();
         let moved = Matrix3::<f64>::identity() * seconds;
         set_rows(&mut f, (POSITION, VELOCITY), &moved);
         set_rows(&mut f, (POSITION, ATTITUDE), &(-sums.force * half));

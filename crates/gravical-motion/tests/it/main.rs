@@ -16,3 +16,4 @@ mod states;
 mod stories;
 mod study;
 mod truth;
+mod walks;

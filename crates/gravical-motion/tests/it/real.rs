@@ -67,6 +67,9 @@ fn walks_close() {
         let stances: usize = motion.moves.iter().map(|m| m.stances).sum();
         assert!(stances >= steps, "{file}: {stances}");
         assert!(error_m < limit_m, "{file}: {error_m} m");
+        let last = motion.path.last().unwrap();
+        let holds = (0..3).all(|c| last.position_m[c].abs() < 2.0 * last.position_sd_m[c]);
+        assert!(holds, "{file}: {last:?}");
     }
 }
 
