@@ -46,7 +46,7 @@ for (const f of document.querySelectorAll('figure')) {
   const distinct = [...new Set(names.filter(Boolean))];
   if (distinct.some(n => !keys.includes(n))) wrong.push([f.id, distinct, keys]);
   if (!f.querySelector('.plot, .solid')) wrong.push([f.id, 'no plot']);
-  if (!f.getAttribute('aria-label') || !f.querySelector('[role=img][aria-label]')) wrong.push([f.id, 'no name']);
+  if (!f.getAttribute('aria-label') || !f.querySelector('[role][aria-label]')) wrong.push([f.id, 'no name']);
 }
 return wrong""",
     "tables": """

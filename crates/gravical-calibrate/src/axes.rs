@@ -130,13 +130,12 @@ impl CaseAxes {
     }
 }
 
-impl std::fmt::Display for CaseAxes {
-    /// `--axes y,-x,z` gives the axes of the case, if its z was up in 1 and its x in 3.
-    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+impl CaseAxes {
+    /// What to give, if the case lay so; `what` is a pose or an interval.
+    pub fn advice(&self, what: &str) -> String {
         let CaseAxes { z_up, x_up, axes } = self;
-        write!(
-            f,
-            "`--axes {axes}` gives the axes of the case, if its z was up in {z_up} and its x in {x_up}"
+        format!(
+            "If the case lay with z up in {what} {z_up} and x up in {what} {x_up}, `--axes {axes}` gives its axes."
         )
     }
 }

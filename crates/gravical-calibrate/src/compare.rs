@@ -17,7 +17,7 @@ use crate::Result;
 use crate::calibration_file::{Accelerometer, Calibration, TemperatureRange};
 use crate::finding::{Case, Finding};
 use crate::later::{Judgement, PART_SIGNIFICANCE, Side, Verdict, gravity_differs, judge, sensor};
-use crate::numfmt::{decimals_for, fixed, signed, unit};
+use crate::numfmt::{COVERAGE, decimals_for, fixed, signed, unit};
 use crate::problem::Problem;
 use crate::recording::AccelUnit;
 
@@ -275,8 +275,9 @@ fn most(parameters: &[ParameterDifference]) -> Option<String> {
     let each = parameters.iter().filter_map(|p| Some((p, p.z?.abs())));
     let (p, _) = each.max_by(|a, b| a.1.total_cmp(&b.1))?;
     let (name, sigma) = (p.name.replace('_', " "), p.sigma.unwrap_or(0.0));
-    let n = decimals_for(sigma);
-    let (change, sigma) = (signed(p.difference, n), fixed(sigma, n));
+    let within = COVERAGE * sigma;
+    let n = decimals_for(within);
+    let (change, sigma) = (signed(p.difference, n), fixed(within, n));
     let unit = unit(p.unit);
     Some(format!("most of all {name}, by {change} ± {sigma} {unit}"))
 }

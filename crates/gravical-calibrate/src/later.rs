@@ -69,9 +69,9 @@ impl Judgement {
 
 /// The judgement and its reasons.
 #[derive(Debug, Clone, PartialEq, Serialize)]
-pub struct Verdict {
+pub struct Verdict<J = Judgement> {
     /// The judgement.
-    pub judgement: Judgement,
+    pub judgement: J,
     /// Why: what was found, what was not tested.
     pub reasons: Vec<String>,
 }

@@ -102,6 +102,9 @@ pub fn unit(name: &str) -> String {
     }
 }
 
+/// Coverage factor of every ± that people read: 95 % (JCGM 100:2008, 6.2).
+pub const COVERAGE: f64 = 2.0;
+
 /// The name of a value of an enum, as in JSON.
 pub fn name(value: &impl serde::Serialize) -> String {
     match serde_json::to_value(value) {

@@ -80,8 +80,8 @@ fn coloured(text: &str) -> String {
 fn one(line: &str, after_blank: bool) -> String {
     if let Some(grade) = line.strip_prefix("Verdict: ") {
         let style = match grade {
-            "good" | "agrees" | "usable" => GOOD,
-            "poor" | "does-not-fit" | "differs" | "position-not-known" | "open" => BAD,
+            "good" | "agrees" | "usable" | "known" => GOOD,
+            "poor" | "does-not-fit" | "differs" | "position-not-known" | "not-known" => BAD,
             _ => CAUTION,
         };
         return format!("{BOLD}Verdict:{BOLD:#} {style}{grade}{style:#}");

@@ -80,6 +80,8 @@ pub struct Move {
     pub displacement_m: [f64; 3],
     /// Its standard deviations, m.
     pub sd_m: [f64; 3],
+    /// That of its length, m.
+    pub along_sd_m: f64,
     /// What contributes to it.
     pub budget: Budget,
     /// What lies at its ends.

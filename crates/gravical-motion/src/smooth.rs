@@ -154,7 +154,9 @@ impl Smoother {
             .into_owned();
         let mut gravity = constants.column_mut(0);
         gravity /= self.gravity_sd.max(f64::MIN_POSITIVE);
+        let along = displacement.try_normalize(0.0).unwrap_or_default();
         one.displacement_m = displacement.into();
+        one.along_sd_m = deviation((along.transpose() * total * along)[0]);
         one.sd_m = total.diagonal().map(deviation).into();
         one.budget = Budget::new([total, constants * constants.transpose(), open.by_rate]);
     }

@@ -237,13 +237,14 @@ impl Model<'_> {
 /// Mean of a rate, rad/s, or a force, m/s², over a step of `step_s` seconds between two samples.
 ///
 /// A sample is the mean over the period before its stamp, as decimation makes it: so is that over a step of one period.
-/// What a longer step has beyond a period is half-way between its samples. Attitude and velocity are then those of the
+/// What a longer step has beyond a period is half-way between its samples; of a shorter one nobody knows more than the
+/// later sample. Attitude and velocity are then those of the
 /// stamp. Of simulated sensors (test `attitude_and_velocity_are_those_of_the_stamp`) they are exact for decimation, for
 /// a low-pass filter that is sampled at two to four times its −3 dB between 0.19 periods early and 0.40 late, and half a
 /// period early without any filter, which no sensor should be: it is aliased. Taken for values at their stamps
 /// (trapezoid) all are half a period later. Neither drifts, since that is half a period of the last sample.
 pub(crate) fn mean_over_step(pair: &[Vector3<f64>; 2], step_s: f64, period_s: f64) -> Vector3<f64> {
-    pair[0].lerp(&pair[1], 0.5 * (1.0 + period_s / step_s))
+    pair[0].lerp(&pair[1], 0.5 * (1.0 + (period_s / step_s).min(1.0)))
 }
 
 /// Rotation vector of a step of `h` seconds between two rates (with Savage's two-sample coning term, J. Guid.

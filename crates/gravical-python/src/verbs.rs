@@ -279,7 +279,7 @@ fn compute_motion(mut call: Call) -> Result<Moved> {
     call.keywords.end()?;
     let rows = call.reading.one(|path, how| read_samples(path, how))?;
     let calibration = call.calibrations.first();
-    let calibrated = calibration.map(|(file, name)| motion::Calibrated { file, name });
+    let calibrated = calibration.map(|(file, name)| (&**file, &**name));
     let motion = motion::motion(&rows, calibrated, &options)?;
     let inputs = InputFile::of(from_ref(&*rows));
     Ok((Arc::new(motion), rows, inputs))

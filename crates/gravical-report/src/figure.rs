@@ -21,6 +21,7 @@ pub mod calibration;
 pub mod check;
 pub mod denoise;
 pub(crate) mod draw;
+mod drawing;
 mod files;
 pub mod inspection;
 pub mod motion;
@@ -29,8 +30,10 @@ mod panel;
 mod space;
 
 pub use draw::standalone;
-pub use files::{check_figures, write_figures};
-pub use panel::Figure;
-pub(crate) use panel::XYZ;
 #[doc(hidden)]
-pub use panel::{Axis, Drawing, Mark, Panel, Role, Scale, Series};
+pub use drawing::Drawing;
+pub use drawing::Figure;
+pub use files::{check_figures, write_figures};
+#[doc(hidden)]
+pub use panel::{Axis, Mark, Panel, Role, Scale, Series};
+pub(crate) use panel::{XYZ, signs};

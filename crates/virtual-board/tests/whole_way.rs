@@ -7,7 +7,7 @@ mod board;
 use board::{in_hand, on};
 use gravical::calibrate::{CalibrateOptions, calibrate};
 use gravical::calibration_file::Calibration;
-use gravical::motion::{Calibrated, MotionOptions, motion};
+use gravical::motion::{MotionOptions, motion};
 use gravical::poses::face::Face;
 use gravical::recording::{Finding, ReadOptions, Recording, Severity, read_bytes};
 use gravical::simulate::{AccelerometerTruth, LineOptions};
@@ -52,10 +52,7 @@ fn from_the_sketch_to_the_way() {
     let rests_s = hands.borrow_mut().push(&LineOptions::default()).unwrap();
     text += &board.text(rests_s + 5.0);
     let way = recording(&head, &text, "way.csv");
-    let calibration = Calibrated {
-        file: &file,
-        name: "calibration.json",
-    };
+    let calibration = (&file, "calibration.json");
     let result = motion(&way, Some(calibration), &MotionOptions::default());
     let moves = result.unwrap().result.moves;
     assert_eq!(moves.len(), 1);

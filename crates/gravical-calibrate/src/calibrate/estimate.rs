@@ -12,8 +12,9 @@ use serde::Deserialize;
 
 use crate::Result;
 use crate::calibration_file::{
-    Accelerometer, COVERAGE, Covariance, Method, PoseTilt, Reliability, TiltSource,
+    Accelerometer, Covariance, Method, PoseTilt, Reliability, TiltSource,
 };
+use crate::numfmt::COVERAGE;
 use crate::poses::Pose;
 use crate::poses::face::Claim;
 use crate::problem::Problem;

@@ -1,6 +1,8 @@
 //! What follows from the numbers of a file: a sensor as the estimators take it, nominal scales, drifts, and what
 //! of a result needs attention.
 
+use std::collections::BTreeSet;
+
 use gravical_core::matrix3;
 use gravical_fit::later::Tilts;
 use gravical_fit::model::{BENDS, BIAS, Covariance as ParameterCovariance, DRIFT, Parameters};
@@ -9,9 +11,10 @@ use gravical_fit::{
 };
 
 use super::{
-    Accelerometer, Budget, CHANNELS, COVERAGE, Calibration, ChannelDrift, Covariance, DriftVerdict,
+    Accelerometer, Budget, CHANNELS, Calibration, ChannelDrift, Covariance, DriftVerdict,
     Gyroscope, NextPose, PoseKind, PoseResult, Reliability, TemperatureModel, TiltSource,
 };
+use crate::numfmt::COVERAGE;
 use crate::problem::Problem;
 use crate::recording::units::{AccelScale, AccelUnit, GyroUnit, Origin};
 use crate::stats::rms;
@@ -60,12 +63,10 @@ impl Calibration {
     /// How the sensor is turned in its case; none where no faces, or those of one axis, show it.
     pub fn mounting(&self) -> Option<Mounting> {
         let a = &self.accelerometer;
-        let faces = self
-            .poses
-            .iter()
-            .filter(|p| p.fitted && p.kind == PoseKind::Face);
-        let is_oriented = self.reliability.fit.is_none_or(|fit| fit.oriented);
-        let is_shown = is_oriented && faces.count() > 1;
+        let faces = self.poses.iter();
+        let faces = faces.filter(|p| p.fitted && p.kind == PoseKind::Face);
+        let axes: BTreeSet<usize> = faces.map(|p| Face::nearest(p.expected).0.axis).collect();
+        let is_shown = axes.len() > 1;
         gravical_fit::mounting(&a.parameters()?, &a.covariance_of_parameters()?)
             .filter(|_| is_shown)
     }

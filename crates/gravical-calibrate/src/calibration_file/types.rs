@@ -8,9 +8,6 @@ use crate::recording::Finding;
 use crate::recording::units::{AccelUnit, GyroUnit};
 use crate::utc::UtcTime;
 
-/// k of an expanded uncertainty.
-#[doc(hidden)]
-pub const COVERAGE: f64 = 2.0;
 /// Value of `format`.
 pub const FORMAT: &str = "gravical-calibration/3";
 

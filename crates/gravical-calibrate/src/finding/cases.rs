@@ -6,7 +6,7 @@ use gravical_fit::MIN_MOTIONS;
 use gravical_recording::{AccelUnit, GyroUnit};
 use serde::Serialize;
 
-use crate::numfmt::{AXES, count, milli_g, small};
+use crate::numfmt::{AXES, COVERAGE, count, milli_g, small};
 
 gravical_recording::findings! {
     "folder-left-out" Note "a subfolder contains files that may be recordings" / "not read" / "give it separately if it is a session":
@@ -97,7 +97,7 @@ gravical_recording::findings! {
     "missing-face" Gate "only face poses, and one of the six faces is missing" / "computed; the message gives the uncertainty of the magnitude with that face up" / "record that face, or any free poses":
         MissingFaces { sd_mps2: Vec<(String, f64)> } =>
             "{} of six faces are there; the magnitude is known only to {}. Record what is missing, or oblique poses",
-            6 - sd_mps2.len(), list(sd_mps2, |(face, sd)| format!("{face} up: ±{:.0} mg", milli_g(2.0 * *sd)));
+            6 - sd_mps2.len(), list(sd_mps2, |(face, sd)| format!("{face} up: ±{:.0} mg", milli_g(COVERAGE * *sd)));
     "few-orientations" Gate "many poses without a face, as in days of wear, and none beyond ±0.3 g on some side of an axis" / "computed; the message gives the range of each axis" / "record longer, or turn the sensor so that each axis points up and down for a while":
         FewOrientations { ranges_g: [[f64; 2]; 3], least_g: f64 } =>
             "not enough orientations: only {} are covered; each axis has to be beyond ±{least_g} g on both sides",

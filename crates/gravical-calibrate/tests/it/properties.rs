@@ -65,7 +65,7 @@ fn two_placements_tell_the_axes_of_the_case() {
             assert_eq!((told.z_up, told.x_up), (1, 4));
             let axes: AxisMap = told.axes.to_string().parse().unwrap();
             let up = |face: Face| Face::nearest(axes.to_case(face.direction())).0.name();
-            assert_eq!([up(z), up(x)], ["+z", "+x"], "{told}");
+            assert_eq!([up(z), up(x)], ["+z", "+x"], "{told:?}");
         }
     }
 }

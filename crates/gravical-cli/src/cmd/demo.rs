@@ -10,8 +10,8 @@ use gravical::Error;
 use gravical::calibration_file::Calibration;
 use gravical::core::matrix3::{norm, sub};
 use gravical::escape::path_word;
-use gravical::motion::{Calibrated, MotionOptions, motion};
-use gravical::numfmt::milli_g;
+use gravical::motion::{MotionOptions, motion};
+use gravical::numfmt::{COVERAGE, milli_g};
 use gravical::output::make_folder;
 use gravical::recording::{ReadOptions, read};
 use gravical_report::document::paragraph;
@@ -100,10 +100,7 @@ pub fn run(args: &Args) -> anyhow::Result<ExitCode> {
 /// The three main numbers and the reports.
 fn summary(folder: &Path) -> anyhow::Result<String> {
     let (file, input) = Calibration::read_with_input(folder.join("calibration.json"))?;
-    let calibration = Calibrated {
-        file: &file,
-        name: &input.path,
-    };
+    let calibration = (&file, &*input.path);
     let line = read(folder.join("line/line.csv"), &ReadOptions::default())?;
     let moved = motion(&line, Some(calibration), &MotionOptions::default())?.result;
     let classical = motion(&line, Some(calibration), &MotionOptions::report())?.result;
@@ -133,7 +130,7 @@ fn summary(folder: &Path) -> anyhow::Result<String> {
         format!("leave-one-out error of ‖a‖ at rest: {left_out} rms; uncalibrated {uncalibrated}"),
         format!(
             "displacement along y: {y:.4} ± {:.4} m (95 %); true {:.4} m",
-            2.0 * sigma,
+            COVERAGE * sigma,
             truth[1]
         ),
         format!(

@@ -4,7 +4,7 @@ use std::path::PathBuf;
 use std::process::ExitCode;
 
 use gravical::calibration_file::InputFile;
-use gravical::motion::{Calibrated, Motion, MotionOptions, motion};
+use gravical::motion::{Motion, MotionOptions, motion};
 use gravical::recording::{ReadOptions, Recording, read_joined, read_samples};
 use gravical_report::figure;
 use gravical_report::report;
@@ -80,10 +80,9 @@ impl SourceArgs {
         let inputs = std::slice::from_ref(&self.input);
         let find = |path: &PathBuf| self.origin.read(path, inputs, &read_options, output.quiet);
         let calibration = self.calibration.as_ref().map(find).transpose()?;
-        let calibrated = calibration.as_ref().map(|(file, input)| Calibrated {
-            file,
-            name: &input.path,
-        });
+        let calibrated = calibration
+            .as_ref()
+            .map(|(file, input)| (file, &*input.path));
         let gyro = self.gyro.as_deref();
         let recording = read_joined(&self.input, gyro, &read_options, |path, how| {
             read_samples(path, how)

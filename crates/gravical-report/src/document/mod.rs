@@ -33,13 +33,10 @@ pub use text::paragraph;
 use crate::figure::{Figure, XYZ};
 use gravical::calibration_file::Grade;
 use gravical::finding::Finding;
-use gravical::numfmt::fixed;
+use gravical::numfmt::{COVERAGE, fixed};
 
 /// The section of method and uncertainty; a page adds the reasons of the verdict.
 pub(crate) const HOW: &str = "How do you know?";
-
-/// Coverage factor of what people read: 95 %.
-pub(crate) const COVERAGE: f64 = 2.0;
 
 /// Rows of a table at most, and in a summary.
 const MAX_ROWS: usize = 200;
@@ -79,14 +76,12 @@ pub struct Verdict {
     pub grade: Grade,
     /// The verdict in a word or two; empty where nothing is judged, of which a text says nothing.
     pub word: String,
-    /// One number, the heading of a page, and what stands small beside it; by default the conclusion.
-    pub headline: Option<[String; 2]>,
-    /// What proves the headline, in a sentence or two of a page; by default the first reason.
+    /// One number, the heading of a page, and what stands small beside it.
+    pub headline: [String; 2],
+    /// What proves it, in a sentence or two of a page; by default the first reasons.
     pub proof: Vec<String>,
     /// At most three numbers that answer other questions, of a page, and what they are.
     pub numbers: Vec<[String; 2]>,
-    /// One sentence that sums it up; by default the first reason.
-    pub conclusion: Option<String>,
     /// Why, in sentences.
     pub reasons: Vec<String>,
     /// Next steps.
@@ -169,16 +164,26 @@ pub enum Cell {
 
 impl Verdict {
     /// What a page says where nothing is judged.
-    pub(crate) fn without_word(text: String) -> Self {
+    pub(crate) fn without_word(headline: [String; 2], proof: String) -> Self {
         Verdict {
             grade: Grade::NotVerifiable,
             word: String::new(),
-            headline: None,
-            proof: Vec::new(),
+            headline,
+            proof: Some(proof)
+                .filter(|text| !text.is_empty())
+                .into_iter()
+                .collect(),
             numbers: Vec::new(),
-            conclusion: Some(text),
             reasons: Vec::new(),
             next: Vec::new(),
+        }
+    }
+
+    /// The headline in one line.
+    fn in_a_line(&self) -> String {
+        match &self.headline {
+            [text, small] if small.is_empty() => text.clone(),
+            [text, small] => format!("{text} ({small})"),
         }
     }
 }

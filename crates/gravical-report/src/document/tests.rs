@@ -31,10 +31,9 @@ fn document(figures: &[Figure]) -> Document<'_> {
         verdict: Some(Verdict {
             grade: Grade::Good,
             word: "good".to_owned(),
-            headline: Some(["Within 1 mg".to_owned(), "95 %".to_owned()]),
+            headline: ["Within 1 mg", "95 %"].map(str::to_owned),
             proof: Vec::new(),
             numbers: vec![["-1 mg".to_owned(), "before".to_owned()]],
-            conclusion: Some("It holds.".to_owned()),
             reasons: vec!["It fits.".to_owned()],
             next: vec!["Go on: `gravical apply cal.json`".to_owned()],
         }),
@@ -63,7 +62,7 @@ fn text() {
         document(&figures).to_text(Detail::Summary),
         "\
 of <x>|*
-good: It holds.
+good: Within 1 mg (95 %)
 
 Bias
   a = b
@@ -97,7 +96,7 @@ fn html() {
     assert!(page.starts_with("<!DOCTYPE html>") && page.ends_with("</html>"));
     let body = page.split("<main").nth(1).unwrap();
     for part in [
-        "<p class=\"mark pill\">good</p><h2 id=\"verdict\">Within 1 mg <small>95 %</small></h2><p>It fits.</p>",
+        "<p class=\"mark pill\">good</p><h2 id=\"verdict\">Within 1\u{a0}mg <small>95 %</small></h2><p>It fits.</p>",
         "<b>−1 mg</b><span>before</span>",
         "<li>Go on<div class=\"command\"><code>gravical apply cal.json</code></div></li>",
         "<h3>Bias, ± 95 %</h3>",

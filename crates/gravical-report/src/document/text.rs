@@ -15,15 +15,14 @@ const FINDINGS: usize = 3;
 const MIN_PROSE_WIDTH: usize = 20;
 
 impl Document<'_> {
-    /// The document in lines of 80 columns: subject, conclusion, sections, and the verdict with
+    /// The document in lines of 80 columns: subject, headline, sections, and the verdict with
     /// reasons and next steps at the end, where a terminal stops. In a table that is too wide, uncertainties
     /// are placed below their values. Figures are left out.
     pub fn to_text(&self, detail: Detail) -> String {
         let mut out: String = self.subject.iter().map(|l| paragraph("", l)).collect();
         let verdict = self.verdict.as_ref().filter(|v| !v.word.is_empty());
         if let Some(v) = verdict {
-            let text = v.conclusion.as_ref().or(v.reasons.first());
-            out += &paragraph("", &format!("{}: {}", v.word, text.map_or("", |t| t)));
+            out += &paragraph("", &format!("{}: {}", v.word, v.in_a_line()));
         }
         out.extend(self.sections.iter().map(|s| section_text(s, detail)));
         out.extend(verdict.map(verdict_text));

@@ -4,11 +4,12 @@ use std::cmp::Reverse;
 
 use gravical::calibration_file::{Calibration, PoseResult};
 use gravical::core::matrix3::{norm as length, unit};
-use gravical::numfmt::{self, digits, milli_g};
+use gravical::numfmt::{self, COVERAGE, digits, mg, milli_g};
 use gravical::poses::Segmentation;
 use gravical::recording::Recording;
 
-use super::panel::{Axis, Drawing, Figure, Panel, Role, Series, XYZ, extent};
+use super::drawing::{Drawing, Figure};
+use super::panel::{Axis, Panel, Role, Series, XYZ, extent};
 use super::space::{Direction, sphere};
 
 /// More poses than this are not shown one by one.
@@ -27,6 +28,16 @@ pub fn figures(file: &Calibration, session: Option<(&[Recording], &Segmentation)
     }
     all.extend(session.and_then(|(recordings, cut)| recorded(file, recordings, cut)));
     all
+}
+
+/// Error of ‖a‖ of the fitted poses by the nominal scale, m/s² rms; none where that is not known.
+pub(crate) fn rms_before(file: &Calibration) -> Option<f64> {
+    let fitted = file.poses.iter().filter(|p| p.fitted);
+    let off =
+        |p: &PoseResult| Some(length(&file.accelerometer.nominally(p.raw)?) - file.gravity_mps2);
+    let squares: Option<Vec<f64>> = fitted.map(|p| Some(off(p)?.powi(2))).collect();
+    let squares = squares.filter(|all| !all.is_empty())?;
+    Some((squares.iter().sum::<f64>() / squares.len() as f64).sqrt())
 }
 
 /// ‖a‖ − g of each pose by the nominal scale, and left out of the fit, with what is claimed.
@@ -52,13 +63,11 @@ fn errors(file: &Calibration) -> Figure {
         let name = format!("claimed: ± {} mg", digits(claim, 2));
         Series::shade(&name, Role::Claim, &[[-claim, claim]])
     });
-    let names = || poses.iter().map(|p| p.label.replace('-', "−"));
-    let panel = |quantity: &str, x: Axis, series: Series, values: &[f64]| {
-        let squares = values.iter().filter(|v| v.is_finite()).map(|v| v * v);
-        let rms = (squares.clone().sum::<f64>() / squares.count().max(1) as f64).sqrt();
+    let names = || poses.iter().map(|p| p.label.clone());
+    let panel = |quantity: &str, x: Axis, series: Series, rms: Option<f64>| {
         let series = shade.clone().into_iter().chain([series]);
         let panel = Panel::new(quantity, "mg", [x, Axis::rows(names())], series);
-        panel.noted(format!("rms {}", digits(rms, 2)))
+        panel.noted(rms.map_or(String::new(), |rms| format!("rms {}", mg(rms))))
     };
     let before: Option<Vec<f64>> = poses
         .iter()
@@ -71,10 +80,10 @@ fn errors(file: &Calibration) -> Figure {
     let before = before.map(|before| {
         let x = Axis::around_zero("", before.iter().copied().chain(claim));
         let series = Series::in_rows("before", Role::Raw, before.iter().map(|v| [*v, f64::NAN]));
-        panel("Before", x, series, &before)
+        panel("Before", x, series, rms_before(file))
     });
     let left_out: Vec<f64> = poses.iter().map(|p| after(p)).collect();
-    let half = |p: &PoseResult| 2.0 * milli_g(p.left_out_sd_mps2.unwrap_or(f64::NAN));
+    let half = |p: &PoseResult| COVERAGE * milli_g(p.left_out_sd_mps2.unwrap_or(f64::NAN));
     let bars: Vec<[f64; 2]> = poses
         .iter()
         .zip(&left_out)
@@ -94,7 +103,7 @@ fn errors(file: &Calibration) -> Figure {
         ("In the fit", "in the fit", caption)
     };
     let series = Series::in_rows(name, Role::Result, bars);
-    let after = panel(quantity, x, series, &left_out);
+    let after = panel(quantity, x, series, file.reliability.left_out_rms_mps2);
     let mut caption = caption.to_owned();
     if all > poses.len() {
         caption += &format!(" The {} largest of {all}.", poses.len());
@@ -108,27 +117,36 @@ fn errors(file: &Calibration) -> Figure {
     )
 }
 
-/// The error by the number of poses: those of the session, and each of the next ones.
+/// What the next poses lower: the predicted error, or what one wrong pose could hide.
 fn more_poses(file: &Calibration) -> Option<Figure> {
     let r = &file.reliability;
     let next = r.proposed_poses();
-    let errors = std::iter::once(r.predicted_mps2?).chain(next.iter().map(|p| p.predicted_mps2));
-    let errors: Vec<f64> = errors.map(|e| milli_g(2.0 * e)).collect();
-    let names = (0..errors.len()).map(|i| match i {
+    let predicted =
+        std::iter::once(r.predicted_mps2).chain(next.iter().map(|p| Some(p.predicted_mps2)));
+    let predicted: Vec<f64> = predicted
+        .map(|v| COVERAGE * milli_g(v.unwrap_or(f64::NAN)))
+        .collect();
+    let hidden = std::iter::once(r.undetected.map(|u| u.effect_mps2));
+    let hidden = hidden.chain(next.iter().map(|p| p.undetected_effect_mps2));
+    let hidden: Vec<f64> = hidden.map(|v| v.map_or(f64::NAN, milli_g)).collect();
+    let names = (0..=next.len()).map(|i| match i {
         0 => "now".to_owned(),
         i => format!("next {i}"),
     });
-    let x = Axis::new(
-        "",
-        "",
-        [0.0, 1.1 * errors.iter().copied().fold(0.0, f64::max)],
-    );
-    let values = errors.iter().map(|e| [*e, f64::NAN]);
-    let series = Series::in_rows("predicted error", Role::Result, values);
-    let panel = Panel::new("Error of ‖a‖, 95 %", "mg", [x, Axis::rows(names)], [series]);
-    let caption =
-        "Mean over all directions. Each pose is the one that lowers it most, after those above it.";
-    let figure = Figure::new("more-poses", "What more poses bring", caption, [panel]);
+    let names: Vec<String> = names.collect();
+    let panel = |quantity: &str, values: &[f64]| {
+        let x = Axis::new("", "", [0.0, 1.1 * extent(values.iter().copied())[1]]);
+        let points = values.iter().map(|v| [*v, f64::NAN]);
+        let series = Series::in_rows("with these poses", Role::Result, points);
+        Panel::new(quantity, "mg", [x, Axis::rows(names.clone())], [series])
+    };
+    let panels = [("Error, 95 %", &predicted), ("Could be hidden", &hidden)];
+    let panels = panels
+        .into_iter()
+        .filter(|(_, values)| values.iter().any(|v| v.is_finite()));
+    let panels = panels.map(|(name, values)| panel(name, values));
+    let caption = "Error of ‖a‖, mean over all directions; what one wrong pose could hide, in the worst one. Each pose is the one that helps most after those above it.";
+    let figure = Figure::new("more-poses", "What more poses bring", caption, panels);
     (!next.is_empty()).then_some(figure)
 }
 
@@ -262,7 +280,7 @@ mod tests {
             assert!((before[i][0] - raw).abs() < 1e-9);
             let error = p.left_out_error_mps2.map_or(f64::NAN, milli_g);
             assert_eq!(left_out[i][0].to_bits(), error.to_bits());
-            let half = 2.0 * milli_g(p.left_out_sd_mps2.unwrap_or(f64::NAN));
+            let half = COVERAGE * milli_g(p.left_out_sd_mps2.unwrap_or(f64::NAN));
             assert_eq!(left_out[i][2].to_bits(), half.to_bits());
         }
         let sphere = figures.iter().find(|f| f.name == "sphere").unwrap();

@@ -2,12 +2,26 @@
 
 use gravical::check::{CheckReport, StillCheck};
 use gravical::compare::Comparison;
-use gravical::numfmt::{digits, milli_g, unit};
+use gravical::numfmt::{COVERAGE, digits, milli_g, unit};
 
-use super::panel::{Axis, Figure, Panel, Role, Series};
+use super::drawing::Figure;
+use super::panel::{Axis, Panel, Role, Series};
 
 /// More rests than this are not shown one by one: those that are off most are.
 const MAX_ROWS: usize = 40;
+
+/// A static interval by its label, else by its time or line, with its file where there are several.
+pub(crate) fn still_name(report: &CheckReport, still: &StillCheck) -> String {
+    let at = still.start_s.map_or_else(
+        || format!("line {}", still.lines[0]),
+        |s| format!("{s:.2} s"),
+    );
+    match (&still.label, report.recordings.len()) {
+        (Some(label), _) => label.clone(),
+        (None, 1) => format!("at {at}"),
+        (None, _) => format!("{} {at}", still.file.rsplit('/').next().unwrap_or_default()),
+    }
+}
 
 /// The error of each rest, and over the temperature where it was recorded.
 pub fn check(report: &CheckReport) -> Vec<Figure> {
@@ -17,24 +31,12 @@ pub fn check(report: &CheckReport) -> Vec<Figure> {
         stills.sort_by(|a, b| b.z.abs().total_cmp(&a.z.abs()));
         stills.truncate(MAX_ROWS);
     }
-    let name = |s: &&StillCheck| {
-        let label = s
-            .label
-            .clone()
-            .unwrap_or_else(|| format!("{} up", s.nearest));
-        let at = s
-            .start_s
-            .filter(|_| s.label.is_none())
-            .map(|s| format!(", {s:.0} s"));
-        (label + &at.unwrap_or_default()).replace('-', "−")
-    };
-    let bar = |s: &&StillCheck| [milli_g(s.error_mps2), 2.0 * milli_g(s.sigma_mps2)];
-    let role = |s: &&StillCheck| {
-        if s.error_mps2.abs() > 2.0 * s.sigma_mps2 {
-            Role::Bad
-        } else {
-            Role::Result
-        }
+    let name = |s: &&StillCheck| format!("{}, {} up", still_name(report, s), s.nearest);
+    let bar = |s: &&StillCheck| [milli_g(s.error_mps2), COVERAGE * milli_g(s.sigma_mps2)];
+    let role = |s: &&StillCheck| match s.error_mps2.abs() > COVERAGE * s.sigma_mps2 {
+        _ if !s.counts => Role::Raw,
+        true => Role::Bad,
+        false => Role::Result,
     };
     // Each rest has its row, in the colour of what it says.
     let rows = |of: Role, title: &str| {
@@ -46,6 +48,7 @@ pub fn check(report: &CheckReport) -> Vec<Figure> {
     let series = [
         rows(Role::Result, "error ± 95 %"),
         rows(Role::Bad, "beyond its bar"),
+        rows(Role::Raw, "does not count"),
     ];
     let ends = stills.iter().map(|s| bar(s)[0].abs() + bar(s)[1]);
     let axes = [

@@ -2,7 +2,8 @@
 
 use gravical::denoise::{DenoiseSummary, Sigmas};
 
-use super::panel::{Axis, Figure, Panel, Role, Series, XYZ};
+use super::drawing::Figure;
+use super::panel::{Axis, Panel, Role, Series, XYZ};
 
 /// Noise at rest of each channel after each filter, as a share of what was recorded; none without a rest.
 pub fn denoise(summary: &DenoiseSummary) -> Vec<Figure> {
@@ -23,7 +24,12 @@ pub fn denoise(summary: &DenoiseSummary) -> Vec<Figure> {
             .into_iter()
             .zip(&recorded)
             .map(|(after, before)| after / before);
-        let role = if i == last { Role::Result } else { Role::Raw };
+        let earlier = [Role::Raw, Role::Warning, Role::Claim, Role::Rest];
+        let role = if i == last {
+            Role::Result
+        } else {
+            earlier[i % 4]
+        };
         let name = format!("after {}", f.filter);
         Series::in_rows(&name, role, values.map(|share| [share, f64::NAN]))
     });

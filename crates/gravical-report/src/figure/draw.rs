@@ -9,7 +9,8 @@ use std::fmt::Write;
 use gravical::escape;
 use maud::{Markup, PreEscaped, html};
 
-use super::panel::{ALONE_REM, Axis, Drawing, Figure, Mark, Panel, Scale, Series};
+use super::drawing::{Drawing, Figure};
+use super::panel::{ALONE_REM, Axis, Mark, Panel, Scale, Series, signs};
 
 /// Parts of each axis of a plot.
 const GRID: f64 = 10_000.0;
@@ -21,11 +22,11 @@ pub(crate) fn figure(f: &Figure) -> Markup {
     html! {
         figure id=(f.name) aria-label=(f.title) {
             div.head { figcaption { h2 { (f.title) } } }
-            @if !f.caption.is_empty() { p.note { (f.caption) } }
+            @if !f.caption.is_empty() { p.note { (signs(&f.caption)) } }
             @match &f.drawing {
                 Drawing::Panels(panels) => {
                     @let rows = is_rows(panels);
-                    div.keys { (keys(f)) output.at {} }
+                    div.keys { (keys(f)) output.at aria-live="off" {} }
                     div.panels.rows[rows] style=[names(panels)] {
                         @for (i, p) in panels.iter().enumerate() {
                             (panel(p, rows || i + 1 == panels.len(), i == 0))
@@ -33,7 +34,7 @@ pub(crate) fn figure(f: &Figure) -> Markup {
                     }
                 }
                 Drawing::Beside(panels) => {
-                    div.keys { (keys(f)) output.at {} }
+                    div.keys { (keys(f)) output.at aria-live="off" {} }
                     div.panels.beside { @for p in panels { (panel(p, true, true)) } }
                 }
                 Drawing::Space(space) => {
@@ -74,7 +75,7 @@ fn panel(p: &Panel, last: bool, first: bool) -> Markup {
     html! {
         div.panel data-x=(range(&p.x)) data-y=(range(&p.y)) data-unit=(p.unit) data-across=(p.x.reads)
             data-log=[Some(log).filter(|l| !l.is_empty())] data-rows=[rows] data-link=[p.link] {
-            div.name { span { b { (p.name) } } output { (p.note) } }
+            div.name { span { b { (p.name) } } output aria-live="off" { (p.note) } }
             svg.plot.labelled[last].named[last && !p.x.name.is_empty()]
                 style={ "--high:" (p.height_rem) "rem" } role="img" aria-label=(p.name) {
                 (plot(p, [GRID, GRID], last, first))
@@ -106,7 +107,11 @@ fn plot(p: &Panel, size: [f64; 2], last: bool, first: bool) -> Markup {
 
 fn vertical(p: &Panel, labelled: bool) -> Markup {
     // Panels of rows lie side by side.
-    let most = if matches!(p.y.scale, Scale::Rows(_)) { 4.0 } else { 7.0 };
+    let most = if matches!(p.y.scale, Scale::Rows(_)) {
+        4.0
+    } else {
+        7.0
+    };
     html! {
         @for (i, (share, text, zero)) in ticks(&p.x, most).into_iter().enumerate() {
             line.gridline.zero[zero] x1=(percent(share)) x2=(percent(share)) y2="100%" {}

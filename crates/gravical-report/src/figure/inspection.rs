@@ -4,7 +4,8 @@ use gravical::inspect::Inspection;
 use gravical::numfmt::unit;
 use gravical::recording::Recording;
 
-use super::panel::{Axis, Figure, Panel, Role, Series, XYZ};
+use super::drawing::Figure;
+use super::panel::{Axis, Panel, Role, Series, XYZ};
 
 /// The recording with its rests and defects, and the time from row to row.
 pub fn inspection(inspection: &Inspection, recording: &Recording) -> Vec<Figure> {

@@ -2,10 +2,14 @@
 
 use gravical::motion::{Motion, MotionSample, SampleState};
 
-use super::panel::{Axis, Drawing, Figure, Panel, Role, Series, XYZ, extent};
+use gravical::numfmt::COVERAGE;
+
+use super::drawing::{Drawing, Figure};
+use super::panel::{Axis, Panel, Role, Series, XYZ, extent};
 use super::space::track;
 
-/// Bands are in view as far as this many times what the lines reach: wider ones would leave nothing else to see.
+/// Bands of lengths are in view as far as this many times what the lines reach: wider ones would leave nothing else to
+/// see.
 const ROOM: f64 = 1.5;
 
 /// All figures that a result allows. Where nothing moved there is the acceleration; what is not
@@ -48,7 +52,12 @@ pub fn figures(motion: &Motion) -> Vec<Figure> {
         drawn.samples.iter().map(|s| vector(&s.state)).collect()
     };
     let position_sd = sd(|s| s.position_sd_m);
-    let space = path(&drawn, &positions, &position_sd);
+    let space = path(
+        &drawn,
+        &positions,
+        &position_sd,
+        motion.result.r#final.position_m.is_some(),
+    );
     let (velocities, velocity_sd) = (of_states(|s| s.velocity_mps), sd(|s| s.velocity_sd_mps));
     let linear = drawn.of_samples("result", Role::Result, |s| s.state.acceleration_mps2);
     let all = [
@@ -171,8 +180,9 @@ impl Drawn {
             };
             let lines: Vec<Series> = all.iter().map(line).collect();
             let result = all.iter().filter(|v| v.role == Role::Result);
-            let ends =
-                |v: &[f64; 3], sd: &[f64; 3]| [v[axis] - 2.0 * sd[axis], v[axis] + 2.0 * sd[axis]];
+            let ends = |v: &[f64; 3], sd: &[f64; 3]| {
+                [v[axis] - COVERAGE * sd[axis], v[axis] + COVERAGE * sd[axis]]
+            };
             let bands = result.clone().filter_map(|v| {
                 let each = rows().zip(v.values.iter().zip(sd?));
                 let each = each.map(|(t, (v, sd))| [t, ends(v, sd)[0], ends(v, sd)[1]]);
@@ -187,7 +197,11 @@ impl Drawn {
             let [low, high] = extent(all.iter().flat_map(|v| &v.values).map(|v| v[axis]));
             let bounds = result.flat_map(|v| v.values.iter().zip(sd.unwrap_or(&[])));
             let [least, most] = extent(bounds.flat_map(|(v, sd)| ends(v, sd)));
-            let room = ROOM * (high - low).max(1e-9);
+            let room = if unit == "°" {
+                f64::INFINITY
+            } else {
+                ROOM * (high - low).max(1e-9)
+            };
             let y = [
                 low.min(least.max(low - room)),
                 high.max(most.min(high + room)),
@@ -211,7 +225,7 @@ impl Drawn {
 }
 
 /// The path in space, with the end's uncertainty.
-fn path(drawn: &Drawn, positions: &[Vectors], sd: &[[f64; 3]]) -> Option<Figure> {
+fn path(drawn: &Drawn, positions: &[Vectors], sd: &[[f64; 3]], ends: bool) -> Option<Figure> {
     let of = |role: Role| {
         positions
             .iter()
@@ -219,10 +233,8 @@ fn path(drawn: &Drawn, positions: &[Vectors], sd: &[[f64; 3]]) -> Option<Figure>
             .map_or(&[][..], |v| &v.values)
     };
     let is_known = |v: &&[f64; 3]| v.iter().all(|v| v.is_finite());
-    let end_95 = sd
-        .iter()
-        .rfind(is_known)
-        .map_or([f64::NAN; 3], |sd| sd.map(|v| 2.0 * v));
+    let last = sd.iter().rfind(is_known).filter(|_| ends);
+    let end_95 = last.map(|sd| sd.map(|v| COVERAGE * v));
     let space = track(&drawn.t_s, of(Role::Result), of(Role::Raw), end_95)?;
     Some(Figure {
         drawing: Drawing::Space(space),

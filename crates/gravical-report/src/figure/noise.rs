@@ -2,7 +2,8 @@
 
 use gravical::noise::{AllanPoint, ChannelNoise, NoiseResult, Term};
 
-use super::panel::{Axis, Figure, Panel, Role, Series, extent};
+use super::drawing::Figure;
+use super::panel::{Axis, Panel, Role, Series, extent};
 
 const CAPTION: &str = "White noise N falls, bias instability B is level, random walk K rises; without rounding and drift.";
 
@@ -47,9 +48,14 @@ fn panel(channel: &ChannelNoise, all: &[&ChannelNoise], unit: &str) -> Panel {
     if let Some(fit) = channel.fit {
         for term in Term::ALL {
             let x = fit.parameters[term as usize];
-            if x > 0.0 {
+            if x > 0.0 && channel.estimate(term).is_some() {
                 let part = |t: f64| x * term.shape(t).sqrt();
-                series.push(curve(term.symbol(), Role::Raw, &part));
+                let role = match term {
+                    Term::N => Role::Raw,
+                    Term::B => Role::Reference,
+                    Term::K => Role::Rest,
+                };
+                series.push(curve(term.symbol(), role, &part));
             }
         }
         series.push(curve("fitted curve", Role::Warning, &|t| fit.deviation(t)));

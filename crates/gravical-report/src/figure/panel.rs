@@ -1,32 +1,6 @@
-//! Figure, panel, axis, series: what is drawn, in the units of the result.
+//! Panel, axis, series: what is drawn, in the units of the result.
 
 use std::collections::BTreeSet;
-
-use super::space::Space;
-
-/// A plot under one title.
-#[derive(Debug, Clone, PartialEq)]
-pub struct Figure {
-    /// Name of its file and anchor in a page: lower case, words joined by `-`.
-    pub name: String,
-    /// Title.
-    pub title: String,
-    /// What to look for, in a sentence or two; empty for nothing.
-    pub caption: String,
-    /// What is drawn.
-    pub drawing: Drawing,
-}
-
-/// What a figure consists of.
-#[derive(Debug, Clone, PartialEq)]
-pub enum Drawing {
-    /// Panels one below the other over one x axis, which is labelled once; or the columns of one set of rows.
-    Panels(Vec<Panel>),
-    /// Panels side by side, each with axes of its own.
-    Beside(Vec<Panel>),
-    /// A drawing in space.
-    Space(Space),
-}
 
 /// One pair of axes and what is drawn in it.
 #[derive(Debug, Clone, PartialEq)]
@@ -145,39 +119,6 @@ impl Role {
     }
 }
 
-impl Figure {
-    /// A figure of these panels, one below the other or in one set of rows.
-    pub fn new(
-        name: &str,
-        title: &str,
-        caption: impl Into<String>,
-        panels: impl IntoIterator<Item = Panel>,
-    ) -> Self {
-        Figure {
-            name: name.to_owned(),
-            title: title.to_owned(),
-            caption: caption.into(),
-            drawing: Drawing::Panels(panels.into_iter().collect()),
-        }
-    }
-
-    /// With the panels side by side.
-    pub fn beside(mut self) -> Self {
-        if let Drawing::Panels(panels) = self.drawing {
-            self.drawing = Drawing::Beside(panels);
-        }
-        self
-    }
-
-    /// Its panels; none of a drawing in space.
-    pub fn panels(&self) -> &[Panel] {
-        match &self.drawing {
-            Drawing::Panels(panels) | Drawing::Beside(panels) => panels,
-            Drawing::Space(_) => &[],
-        }
-    }
-}
-
 impl Panel {
     /// A panel of these series: its name is the quantity with its unit.
     pub fn new(
@@ -259,7 +200,8 @@ impl Axis {
 
     /// A row for each name.
     pub fn rows(names: impl IntoIterator<Item = String>) -> Self {
-        let names: Vec<String> = names.into_iter().map(shorten).collect();
+        let names = names.into_iter().map(|name| shorten(signs(&name)));
+        let names: Vec<String> = names.collect();
         Axis {
             scale: Scale::Rows(names.clone()),
             ..Axis::new("", "", [0.0, names.len() as f64])
@@ -315,12 +257,16 @@ impl Series {
 
     /// Shaded intervals of the x axis.
     pub fn shade(name: &str, role: Role, intervals: &[[f64; 2]]) -> Self {
-        Series::new(name, role, Mark::Shade(intervals.to_vec()))
+        let known = intervals
+            .iter()
+            .filter(|ends| ends.iter().all(|v| v.is_finite()));
+        Series::new(name, role, Mark::Shade(known.copied().collect()))
     }
 
     /// Short lines at the top.
     pub fn ticks(name: &str, role: Role, at: impl IntoIterator<Item = f64>) -> Self {
-        Series::new(name, role, Mark::Ticks(at.into_iter().collect()))
+        let known = at.into_iter().filter(|at| at.is_finite());
+        Series::new(name, role, Mark::Ticks(known.collect()))
     }
 
     /// Whether there is something to draw.
@@ -341,6 +287,20 @@ pub(crate) fn extent(values: impl IntoIterator<Item = f64>) -> [f64; 2] {
     values.fold([f64::INFINITY, f64::NEG_INFINITY], |[low, high], v| {
         [low.min(v), high.max(v)]
     })
+}
+
+/// With typographic minus signs before numbers and axes.
+pub(crate) fn signs(text: &str) -> String {
+    let mut before = ' ';
+    let mut chars = text.chars().peekable();
+    let mut out = String::with_capacity(text.len());
+    while let Some(c) = chars.next() {
+        let follows = |next: &char| next.is_ascii_digit() || "xyz".contains(*next);
+        let is_sign = c == '-' && " (±".contains(before) && chars.peek().is_some_and(follows);
+        out.push(if is_sign { '−' } else { c });
+        before = c;
+    }
+    out
 }
 
 /// Characters of the longest name that a figure has room for.
@@ -383,17 +343,18 @@ fn kept<const N: usize>(
         let parts = run.chunk_by(|a, b| a / part == b / part);
         parts.flat_map(|part| extremes(&rows, part)).collect()
     };
-    let mut out = Vec::new();
+    let (mut out, mut straight) = (Vec::new(), 0);
     for run in all.chunk_by(together).filter(|run| !missing(run[0])) {
         if !out.is_empty() {
             out.push([f64::NAN; N]);
         }
         let mut run = run.to_vec();
-        if run.len() > 4 * FINE_PARTS {
+        if rows.len() > 4 * FINE_PARTS {
             run = thinned(run, FINE_PARTS);
         }
         run = straightened(&rows, &run, &spans);
-        if run.len() > 4 * PARTS {
+        straight += run.len();
+        if straight > 4 * PARTS {
             run = thinned(run, PARTS);
         }
         out.extend(run.into_iter().map(|i| rows[i]));

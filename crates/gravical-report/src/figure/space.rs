@@ -148,16 +148,19 @@ pub(super) fn sphere(directions: &[Direction], names: &[(&str, Role)]) -> Space 
     }
 }
 
-/// A path in space with its shadow on a floor of squares; lengths in m. `plain`: the same without the calibration.
+/// A path in space with its shadow on a floor of squares; lengths in m. `plain`: the same without the calibration;
+/// `end_95`: how well its end is known, none where that is the last place that is known.
 pub(super) fn track(
     t_s: &[f64],
     path: &[[f64; 3]],
     plain: &[[f64; 3]],
-    end_95: [f64; 3],
+    end_95: Option<[f64; 3]>,
 ) -> Option<Space> {
     let view = TRACK;
     let is_known = |p: &[f64; 3]| p.iter().all(|v| v.is_finite());
-    let rows = t_s.iter().zip(path).filter(|(_, p)| is_known(p));
+    let rows = t_s.iter().zip(path).skip_while(|(_, p)| !is_known(p));
+    // What follows a gap is not joined to it.
+    let rows = rows.take_while(|(_, p)| is_known(p));
     let rows: Vec<[f64; 4]> = rows.map(|(t, [x, y, z])| [*t, *x, *y, *z]).collect();
     let spans: [[f64; 2]; 3] = std::array::from_fn(|k| extent(rows.iter().map(|row| row[k + 1])));
     let size = spans.map(|[low, high]| high - low);
@@ -196,7 +199,7 @@ pub(super) fn track(
         .map(|row| format!("{:.0}", 1e4 * (row[0] - first) / (last - first)));
     let (start, end) = (*points.first()?, *points.last()?);
     let bar = |k: usize| {
-        let half = (end_95[k] * scale).min(70.0);
+        let half = (end_95.unwrap_or_default()[k] * scale).min(70.0);
         [-half, half].map(|by| std::array::from_fn(|i| end[i] + if i == k { by } else { 0.0 }))
     };
     let dot = |class: &str, at, name: &str| {
@@ -206,7 +209,8 @@ pub(super) fn track(
             &html! { circle r="3.2" {} text x="5" dy=".35em" { (name) } },
         )
     };
-    let barred = end_95.iter().all(|v| v.is_finite());
+    let barred = end_95.is_some();
+    let last = if barred { "end" } else { "last known" };
     let content = html! {
         @for a in lines(half[0]) { (view.path("ring", &[[a, -ny, floor], [a, ny, floor]], None)) }
         @for a in lines(half[1]) { (view.path("ring", &[[-nx, a, floor], [nx, a, floor]], None)) }
@@ -216,7 +220,7 @@ pub(super) fn track(
         (view.path("line result", &points, Some(times.collect::<Vec<_>>().join(" "))))
         @if barred { @for k in 0..3 { (view.path("bars warn", &bar(k), None)) } }
         (dot("dot result hollow", start, "start"))
-        (dot("dot result", end, "end"))
+        (dot("dot result", end, last))
         circle.now r="2.6" cx="9999" {}
     };
     let key = |name: &str, role| Series::line(name, role, [[0.0, 0.0]], &[]);
@@ -228,7 +232,7 @@ pub(super) fn track(
     Some(Space {
         note: format!("squares of {step} m"),
         keys: keys.into_iter().flatten().collect(),
-        markup: view.svg("", "-110 -75 220 150", "Path in space", &content),
+        markup: view.svg("", "-110 -88 220 176", "Path in space", &content),
     })
 }
 

@@ -10,14 +10,15 @@ use gravical::calibration_file::{
 use gravical::escape::path_word;
 use gravical::export;
 use gravical::numfmt::{
-    count, decimals_for, decimals_of, digits, fixed, mg, milli_g, signed, words,
+    COVERAGE, count, decimals_for, decimals_of, digits, fixed, mg, milli_g, signed, words,
 };
 use gravical::poses::face::{CaseAxes, in_words};
 
 use gravical::core::matrix3::{norm, sub};
 
 use super::{drift, gravity_source, largest, short_name};
-use crate::document::{Block, COVERAGE, Cell, Document, HOW, Section, Table, Verdict};
+use crate::document::{Block, Cell, Document, HOW, Section, Table, Verdict};
+use crate::figure::calibration::rms_before;
 use crate::figure::{Figure, XYZ};
 
 /// The document of a calibration, with its figures
@@ -43,9 +44,26 @@ pub fn calibration<'a>(
         (second, first)
     };
     let figure = |name: &str, title, wide| Section::new(title).figures(figures, &[name]).wide(wide);
+    let r = &file.reliability;
+    let is_unsure = matches!(grade, Grade::Fair | Grade::NotVerifiable);
+    let hidden = r.undetected.zip(r.worst_direction).filter(|_| is_unsure);
+    let hidden = hidden
+        .filter(|(u, worst)| u.effect_mps2 > worst.error_mps2)
+        .map(|(u, _)| {
+            let most = mg(u.effect_mps2);
+            format!(
+                "If one pose has an error that is not detected, the result may be off by {most} mg."
+            )
+        });
     // What speaks against it stands beside the number.
     let contrary = match grade {
-        Grade::Poor | Grade::NotVerifiable => verdict.reasons.first().cloned(),
+        Grade::Poor => verdict.reasons.first().cloned(),
+        // What was tested says so itself.
+        Grade::NotVerifiable if r.left_out_rms_mps2.is_none() => {
+            let untested =
+                |reason: &&String| reason.contains("verif") || reason.contains("too few");
+            verdict.reasons.iter().find(untested).cloned()
+        }
         _ => None,
     };
     let half = if file.gyroscope.is_some() { 6 } else { 12 };
@@ -56,8 +74,11 @@ pub fn calibration<'a>(
             grade,
             word: grade.to_string(),
             headline: headline(file, grade),
-            proof: proof(file).into_iter().chain(contrary).collect(),
-            conclusion: conclusion(file, grade),
+            proof: proof(file)
+                .into_iter()
+                .chain(hidden)
+                .chain(contrary)
+                .collect(),
             numbers: numbers(file),
             reasons: verdict.reasons,
             next: next(file, grade, saved),
@@ -138,16 +159,19 @@ fn certificate(file: &Calibration) -> Vec<[String; 3]> {
 }
 
 /// The one number: within what ‖a‖ holds in every direction. Of six faces that holds in 90 % of the sessions.
-fn headline(file: &Calibration, grade: Grade) -> Option<[String; 2]> {
-    let error = file.reliability.worst_direction?.error_mps2;
+fn headline(file: &Calibration, grade: Grade) -> [String; 2] {
+    let Some(worst) = file.reliability.worst_direction else {
+        return ["The error is not known".to_owned(), String::new()];
+    };
     let is_tested = file.reliability.left_out_rms_mps2.is_some();
     let share = if is_tested { "95 %" } else { "90 %, untested" };
-    let text = match grade {
-        Grade::Poor => format!("Not better than {} mg", mg(error)),
-        Grade::NotVerifiable => format!("Perhaps within {} mg in every direction", mg(error)),
-        _ => format!("Within {} mg in every direction", mg(error)),
+    let what = match grade {
+        Grade::Poor => "Known only to",
+        Grade::NotVerifiable => "Perhaps within",
+        Grade::Good | Grade::Fair => "Within",
     };
-    Some([text, share.to_owned()])
+    let text = format!("{what} {} mg in every direction", mg(worst.error_mps2));
+    [text, share.to_owned()]
 }
 
 /// What tests it: the poses that were left out in turn.
@@ -179,14 +203,7 @@ fn proof(file: &Calibration) -> Option<String> {
 /// Before, left out, hidden.
 fn numbers(file: &Calibration) -> Vec<[String; 2]> {
     let r = &file.reliability;
-    let fitted = file.poses.iter().filter(|p| p.fitted);
-    let before = fitted.map(|p| {
-        let nominal = file.accelerometer.nominally(p.raw)?;
-        Some((norm(&nominal) - file.gravity_mps2).powi(2))
-    });
-    let before: Option<Vec<f64>> = before.collect();
-    let before = before.filter(|squares| !squares.is_empty());
-    let before = before.map(|squares| (squares.iter().sum::<f64>() / squares.len() as f64).sqrt());
+    let before = rms_before(file);
     let all = [
         (before, "before, rms of the poses"),
         (r.left_out_rms_mps2, "left out, rms"),
@@ -245,26 +262,6 @@ fn subject(file: &Calibration) -> Vec<String> {
         format!("{method} of {inputs}: {}", poses.join(" and ")),
         format!("raw in {unit}, g = {g} m/s² ({source}){tilt}"),
     ]
-}
-
-/// The verdict in one sentence; none where the first reason says it.
-fn conclusion(file: &Calibration, grade: Grade) -> Option<String> {
-    let r = &file.reliability;
-    let error = r.worst_direction.as_ref()?.error_mps2;
-    let within = format!("within {} mg (95 %)", mg(error));
-    let everywhere = format!("the magnitude at rest is {within} in every direction");
-    let hidden = r.undetected.as_ref().map(|u| u.effect_mps2);
-    match (grade, hidden.filter(|hidden| *hidden > error)) {
-        (Grade::Fair, Some(hidden)) => Some(format!(
-            "{everywhere}, unless one pose has an error that would not be detected: then up to {} mg",
-            mg(hidden)
-        )),
-        (Grade::Good | Grade::Fair, _) => Some(everywhere),
-        (Grade::NotVerifiable, _) => Some(format!(
-            "predicted to be {within}, but these poses cannot confirm it"
-        )),
-        (Grade::Poor, _) => None,
-    }
 }
 
 /// Next steps.
@@ -336,7 +333,7 @@ fn code<'a>(file: &Calibration) -> Section<'a> {
 fn in_its_case(mounting: &Mounting) -> String {
     let part = |i: usize| {
         let (angle, sigma) = (mounting.rotation_deg[i], mounting.sigma_deg[i]);
-        let n = decimals_for(sigma);
+        let n = decimals_for(COVERAGE * sigma);
         format!("{} ± {}°", signed(angle, n), fixed(COVERAGE * sigma, n))
     };
     let parts = [0, 1, 2].map(part).join(", ");
@@ -391,7 +388,8 @@ fn bias_and_scale(
 ) -> Table {
     let estimate = |(values, sd): Estimates, i: usize, decimals: usize| {
         let sd = sd.map(|sd| sd[i]);
-        let n = sd.filter(|sd| *sd > 0.0).map_or(decimals, decimals_for);
+        let within = sd.filter(|sd| *sd > 0.0).map(|sd| COVERAGE * sd);
+        let n = within.map_or(decimals, decimals_for);
         Cell::number(fixed(values[i], n)).plus_minus(sd, n)
     };
     let (name, unit) = (format!("bias b, {raw}"), format!("{raw} per {unit}"));
@@ -464,7 +462,7 @@ fn poses<'a>(file: &Calibration) -> Section<'a> {
         "{error}left out: ‖a‖ − g if this pose and those within 25° of it are not used in the fit. tilt: angle off the face."
     );
     let forces = file.poses.iter().map(|p| sub(&p.raw, &a.bias));
-    let case_axes = CaseAxes::of(forces).map(|axes| Block::Note(format!("{axes}.")));
+    let case_axes = CaseAxes::of(forces).map(|axes| Block::Note(axes.advice("pose")));
     Section::new("Poses")
         .with(table)
         .with(case_axes)

@@ -3,12 +3,15 @@
 use gravical::calibration_file::Grade;
 use gravical::check::{CheckReport, Judgement, Side, StillCheck};
 use gravical::compare::Comparison;
-use gravical::numfmt::{count, decimals_for, duration_text, fixed, mg, milli_g, signed, unit};
+use gravical::numfmt::{
+    COVERAGE, count, decimals_for, duration_text, fixed, mg, milli_g, signed, unit,
+};
 use gravical::poses::face::in_words;
 
 use super::{gravity_source, short_name};
 use crate::document::{Block, Cell, Document, Section, Table, Verdict};
 use crate::figure::Figure;
+use crate::figure::check::still_name;
 
 /// The document of a check.
 pub fn check<'a>(report: &CheckReport, figures: &'a [Figure]) -> Document<'a> {
@@ -37,7 +40,7 @@ pub fn check<'a>(report: &CheckReport, figures: &'a [Figure]) -> Document<'a> {
             entry("Gravity", format!("{} m/s²", fixed(g, 5)), source),
         ],
         verdict: Some(Verdict {
-            headline: Some(headline(report)),
+            headline: headline(report),
             numbers: vec![
                 [mg(report.rms_mps2) + " mg", "found, rms".to_owned()],
                 [
@@ -81,14 +84,11 @@ fn dated(side: &Side) -> String {
 
 /// The largest error that counts.
 fn headline(report: &CheckReport) -> [String; 2] {
-    let worst = report.static_intervals.get(report.worst);
+    let counted = report.static_intervals.iter().filter(|s| s.counts);
+    let worst = counted.max_by(|a, b| a.error_mps2.abs().total_cmp(&b.error_mps2.abs()));
     let at = worst.map_or(String::new(), |still| format!("{} up", still.nearest));
     let error = worst.map_or(0.0, |still| still.error_mps2.abs());
-    let text = match report.verdict.judgement {
-        Judgement::Agrees => format!("Agrees: off by at most {} mg", mg(error)),
-        _ => format!("Off by up to {} mg", mg(error)),
-    };
-    [text, at]
+    [format!("Off by at most {} mg", mg(error)), at]
 }
 
 /// The verdict of `check` or `compare`, with the next step.
@@ -101,10 +101,9 @@ fn judged(verdict: &gravical::check::Verdict, next: Option<&str>) -> Verdict {
     Verdict {
         grade,
         word: verdict.judgement.name(),
-        headline: None,
+        headline: Default::default(),
         proof: Vec::new(),
         numbers: Vec::new(),
-        conclusion: None,
         reasons: verdict.reasons.clone(),
         next: next.map(str::to_owned).into_iter().collect(),
     }
@@ -138,15 +137,7 @@ fn intervals<'a>(report: &CheckReport) -> Section<'a> {
         report.static_intervals.iter().enumerate().collect();
     stills.sort_by_key(|(i, _)| *i != report.worst);
     for (i, still) in &stills {
-        let at = still.start_s.map_or_else(
-            || format!("line {}", still.lines[0]),
-            |s| format!("{s:.2} s"),
-        );
-        let name = match (&still.label, report.recordings.len()) {
-            (Some(label), _) => label.clone(),
-            (None, 1) => format!("at {at}"),
-            (None, _) => format!("{} {at}", short_name(&still.file)),
-        };
+        let name = still_name(report, still);
         let mark = match still {
             _ if *i == report.worst && stills.len() > 1 => "← largest",
             still if still.counts => "",
@@ -201,6 +192,7 @@ fn age(days: Option<f64>) -> String {
         || "age not known".to_owned(),
         |days| match duration_text(86_400.0 * days.abs()) {
             age if days < 0.0 => format!("{age}, the first is the later one"),
+            _ if days == 0.0 => "no time between them".to_owned(),
             age => format!("{age} later"),
         },
     )
@@ -228,7 +220,7 @@ pub fn comparison<'a>(c: &Comparison, figures: &'a [Figure]) -> Document<'a> {
             entry("Between them", age(c.age_days), ""),
         ],
         verdict: Some(Verdict {
-            headline: Some(compared(c)),
+            headline: compared(c),
             ..judged(&c.verdict, next_of_comparison(c))
         }),
         ..Document::new(format!("{b} against {a}"))
@@ -256,12 +248,7 @@ fn compared(c: &Comparison) -> [String; 2] {
     let expected = m
         .predicted_rms_mps2
         .map(|rms| format!("{} mg expected", mg(rms)));
-    let text = match c.verdict.judgement {
-        Judgement::Agrees => "Agree",
-        Judgement::Undecided => "Not tested",
-        _ => "Differ",
-    };
-    let text = format!("{text}: ‖a‖ differs by {} mg rms", mg(m.norm_rms_mps2));
+    let text = format!("‖a‖ differs by {} mg rms", mg(m.norm_rms_mps2));
     [text, expected.unwrap_or_default()]
 }
 
@@ -291,7 +278,8 @@ fn parameters<'a>(c: &Comparison) -> Section<'a> {
     for p in &c.parameters {
         // Three digits of what is judged, whether σ is known or not.
         let coarse = if p.unit == "m/s^2" { 1e-3 } else { 1e-2 };
-        let n = decimals_for(p.sigma.filter(|s| *s > 0.0).unwrap_or(coarse));
+        let within = p.sigma.filter(|s| *s > 0.0).map(|s| COVERAGE * s);
+        let n = decimals_for(within.unwrap_or(coarse));
         let cells = [
             Cell::maybe(p.a, |v| fixed(v, n)),
             Cell::maybe(p.b, |v| fixed(v, n)),

@@ -54,13 +54,13 @@ pub fn denoise<'a>(summary: &DenoiseSummary, figures: &'a [Figure]) -> Document<
             entry("Rows", summary.rows.to_string()),
             entry("Rate", rate),
         ],
-        verdict: Some(Verdict {
-            headline: Some([headline, String::new()]),
-            ..Verdict::without_word(NO_DRIFT.to_owned())
-        }),
+        verdict: Some(Verdict::without_word(
+            [headline, String::new()],
+            String::new(),
+        )),
         ..Document::new(format!("Filtering of {}", short_name(&summary.input)))
     }
-    .with(Section::new("Noise").figures(figures, &["noise"]).wide(7))
+    .with(Section::new("Noise").figures(figures, &["noise"]).wide(12))
     .with(filters.with(Block::Paragraph(NO_DRIFT.to_owned())))
     .with(reading.folded("what was read"))
     .with_findings(&summary.findings, false)

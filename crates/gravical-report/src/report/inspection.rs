@@ -74,20 +74,19 @@ pub fn inspection<'a>(inspection: &Inspection, figures: &'a [Figure]) -> Documen
                     .unwrap_or_else(|| "not recorded".to_owned()),
             ),
         ],
-        verdict: Some(Verdict {
-            headline: Some([headline(inspection), String::new()]),
-            numbers: Vec::new(),
-            ..Verdict::without_word(match warnings {
+        verdict: Some(Verdict::without_word(
+            [headline(inspection), String::new()],
+            match warnings {
                 0 => "Nothing is odd.".to_owned(),
                 n => format!("{}: see the findings.", count(n, "warning")),
-            })
-        }),
+            },
+        )),
         ..Document::new(format!("Recording {}", short_name(&inspection.file)))
     }
     .with(
         Section::new("Recording")
             .figures(figures, &["recording"])
-            .wide(7),
+            .wide(12),
     )
     .with(Section::new("Steps").figures(figures, &["steps"]).wide(12))
     .with(reading)
@@ -182,7 +181,7 @@ fn stills<'a>(all: &[StillSpan], case_axes: Option<CaseAxes>) -> Section<'a> {
     }
     Section::new("Static intervals")
         .with(table)
-        .with(case_axes.map(|axes| Block::Note(format!("{axes}."))))
+        .with(case_axes.map(|axes| Block::Note(axes.advice("interval"))))
         .full(Block::Note(format!(
             "A static interval lasts at least {MIN_REST_S} s. angle to face: angle of the mean reading to the nearest face, by tilt, bias and misalignment together."
         )))

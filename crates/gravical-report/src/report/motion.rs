@@ -1,18 +1,20 @@
 //! Report of a motion: figures, moves, end point, uncertainty budget,
 //! timing, rests.
 
+use std::path::Path;
+
 use gravical::calibration_file::Grade;
 use gravical::core::matrix3::norm;
+use gravical::escape::path_word;
 use gravical::motion::{
-    Budget, Computation, Ends, MotionJudgement, MotionResult, OrientationJudgement,
-    OrientationResult,
+    Computation, Ends, MotionJudgement, MotionResult, Move, OrientationJudgement, OrientationResult,
 };
-use gravical::numfmt::{count, decimals_for, decimals_of, digits, fixed, name, signed};
+use gravical::numfmt::{COVERAGE, count, decimals_for, decimals_of, digits, fixed, name, signed};
 use gravical::recording::Recording;
 
 use super::inspection::origin;
 use super::{largest, short_name};
-use crate::document::{Block, COVERAGE, Cell, Document, HOW, Section, Table, Verdict};
+use crate::document::{Block, Cell, Document, HOW, Section, Table, Verdict};
 use crate::figure::{Figure, XYZ};
 
 /// The document of a motion computed from `recording`, with its figures ([`figure::motion::figures`](crate::figure::motion::figures)).
@@ -24,10 +26,7 @@ pub fn motion<'a>(
     let figure = |title, names: &[&str]| Section::new(title).figures(figures, names);
     // For a recording at rest the verdict says everything.
     let moved = !result.moves.is_empty();
-    // Of the move that is least certain.
-    let budgets = (1..).zip(&result.moves);
-    let budgets = budgets.filter_map(|(number, m)| Some((number, m.budget_m?, norm(&m.sigma_m?))));
-    let budget = budgets.max_by(|a, b| a.2.total_cmp(&b.2));
+    let budget = least_certain(result);
     let drawn = |name: &&&str| figures.iter().any(|f| f.name == **name);
     let firsts = ["path", "position", "acceleration"];
     let first = *firsts.iter().find(drawn).unwrap_or(&"path");
@@ -45,7 +44,7 @@ pub fn motion<'a>(
     .with(figure("Position", &["position"]).wide(6))
     .with(figure("Velocity", &["velocity"]).wide(6))
     .with(moved.then(|| moves(result).wide(7)))
-    .with(budget.map(|(number, b, _)| error_budget(number, result.moves.len() == 1, &b).wide(5)))
+    .with(budget.map(|(number, one)| error_budget(number, result.moves.len() == 1, one).wide(5)))
     .with(moved.then(|| end(result).folded("with the calibration and without")))
     .with(figure("Acceleration", accelerations).folded("without gravity; as measured"))
     .with(rests(result).folded(count(result.computation.rests.len(), "rest")))
@@ -64,7 +63,6 @@ pub fn orientation<'a>(
     let heading = within(result.largest_sigma_heading_deg);
     let heading = heading.map(|u| format!("heading ± {u} of the start"));
     let parts: Vec<String> = tilt.into_iter().chain(heading).collect();
-    let conclusion = (!parts.is_empty()).then(|| parts.join(", ") + " (95 %)");
     let grade = match result.verdict.judgement {
         OrientationJudgement::Known => Grade::Good,
         OrientationJudgement::NotKnown => Grade::Poor,
@@ -93,13 +91,15 @@ pub fn orientation<'a>(
         verdict: Some(Verdict {
             grade,
             word: name(&result.verdict.judgement),
-            headline: (!parts.is_empty()).then(|| [capital(&parts.join(", ")), "95 %".to_owned()]),
+            headline: match &parts[..] {
+                [] => ["Not known".to_owned(), String::new()],
+                parts => [capital(&parts.join(", ")), "95 %".to_owned()],
+            },
             proof: proof
                 .into_iter()
                 .chain(result.verdict.reasons.iter().cloned())
                 .collect(),
             numbers: Vec::new(),
-            conclusion,
             reasons: result.verdict.reasons.clone(),
             next: Vec::new(),
         }),
@@ -127,32 +127,9 @@ fn verdict(result: &MotionResult) -> Verdict {
     let grade = match v.judgement {
         MotionJudgement::Usable if misfit.is_none() => Grade::Good,
         MotionJudgement::Usable | MotionJudgement::Rough => Grade::Fair,
-        MotionJudgement::AtRest => Grade::NotVerifiable,
+        MotionJudgement::AtRest | MotionJudgement::Open => Grade::NotVerifiable,
         _ => Grade::Poor,
     };
-    let of = match &result.moves[..] {
-        [only] => only.displacement_m.map(|d| ("displacement", norm(&d))),
-        _ => v.size_m.map(|size| ("farthest from the start", size)),
-    };
-    let conclusion = of.map(|(what, long)| {
-        let Some(within) = v.expanded_m else {
-            return format!("{what} {} m", digits(long, 3));
-        };
-        if v.judgement == MotionJudgement::AtRest {
-            return format!("moved by less than {} m", digits(within.max(long), 2));
-        }
-        let long = fixed(long, decimals_for(within));
-        let within = digits(within, 2);
-        match &result.moves[..] {
-            _ if v.judgement == MotionJudgement::PositionNotKnown => {
-                format!("end ± {within} m (95 %), farther than it went ({long} m)")
-            }
-            [_] => format!("{what} {long} ± {within} m (95 %)"),
-            _ => format!("{what} {long} m, end ± {within} m (95 %)"),
-        }
-    });
-    let conclusion = conclusion.filter(|_| !result.moves.is_empty());
-    let doubt = misfit.map_or("", |_| "; the calibration does not fit");
     let share = v
         .ratio
         .filter(|_| v.judgement.is_known() && v.judgement != MotionJudgement::AtRest);
@@ -178,34 +155,50 @@ fn verdict(result: &MotionResult) -> Verdict {
     Verdict {
         grade,
         word: name(&v.judgement),
-        headline: headline(result),
+        headline: headline(result).unwrap_or_default(),
         proof: share.into_iter().chain(v.reasons.iter().cloned()).collect(),
         numbers: parts.map_or(Vec::new(), Vec::from),
-        conclusion: conclusion.map(|text| text + doubt),
         reasons: v.reasons.clone(),
         next: next(result).into_iter().collect(),
     }
 }
 
+/// The move that is least certain, with its number.
+fn least_certain(result: &MotionResult) -> Option<(usize, &Move)> {
+    let known = (1..)
+        .zip(&result.moves)
+        .filter(|(_, m)| m.budget_m.is_some());
+    let sd = |m: &Move| m.sigma_m.map_or(0.0, |sd| norm(&sd));
+    known.max_by(|a, b| sd(a.1).total_cmp(&sd(b.1)))
+}
+
 /// What would make the end better known.
 fn next(result: &MotionResult) -> Option<String> {
-    let parts = result.moves.iter().filter_map(|m| m.budget_m);
-    let worst = parts.max_by(|a, b| norm(&a.calibration).total_cmp(&norm(&b.calibration)))?;
-    let [noise, calibration, attitude] =
-        [worst.noise, worst.calibration, worst.attitude].map(|v| norm(&v));
-    let most = noise.max(calibration).max(attitude);
+    if result.moves.iter().any(|m| m.unusable.is_some()) {
+        return None;
+    }
+    let calibration = result.computation.calibration.as_deref();
+    if let Some(path) = calibration.filter(|_| result.gravity_misfit.is_some_and(|m| m.contradicts))
+    {
+        let [path, input] = [path, &result.computation.input].map(|p| path_word(Path::new(p)));
+        return Some(format!(
+            "Test the calibration: `gravical check {path} {input}`"
+        ));
+    }
+    let [noise, own, attitude] = parts(least_certain(result)?.1)?;
+    let most = noise.max(own).max(attitude);
     let text = match () {
-        () if most == calibration && result.computation.calibration.is_none() => {
-            "Calibrate the sensor, of which most of the error is: `gravical calibrate SESSION -o cal.json`"
+        () if most == own && calibration.is_none() => {
+            "The largest part of the error is the sensor's: `gravical calibrate SESSION -o cal.json`"
         }
-        () if most == calibration => {
-            "Most of the error is the calibration: more poses lower it: `gravical calibrate SESSION -o cal.json`"
+        () if most == own => {
+            "The largest part of the error is the calibration's, which more poses lower: `gravical calibrate SESSION -o cal.json`"
         }
         () if most == noise => {
-            "Most of the error is noise, which grows with the length of a move: rest more often"
+            "The largest part of the error is noise, which grows with the length of a move: rest more often"
         }
         () => {
-            "Most of the error is the attitude in the move: record a gyroscope, calibrated, and rest more often"
+            "The largest part of the error is the attitude in the move: rest more often, and calibrate the gyroscope"
         }
     };
     Some(text.to_owned())
@@ -218,7 +211,7 @@ fn headline(result: &MotionResult) -> Option<[String; 2]> {
     let text = match (v.judgement, &result.moves[..]) {
         (MotionJudgement::AtRest, []) => "At rest".to_owned(),
         (MotionJudgement::AtRest, _) => {
-            format!("Moved by less than {} m", digits(within?.max(size?), 2))
+            format!("Moved by less than {} m", digits(within? + size?, 2))
         }
         (MotionJudgement::PositionNotKnown, _) => match size.zip(within) {
             Some((size, within)) => {
@@ -276,7 +269,7 @@ fn certificate(of: &Computation, recording: &Recording) -> Vec<[String; 3]> {
 /// without one four digits of the largest value.
 fn decimals(sigma: Option<[f64; 3]>, value: [f64; 3]) -> [usize; 3] {
     sigma.map_or([decimals_of(largest(&value).max(1e-3), 4); 3], |s| {
-        s.map(decimals_for)
+        s.map(|sd| decimals_for(COVERAGE * sd))
     })
 }
 
@@ -342,34 +335,51 @@ fn end<'a>(result: &MotionResult) -> Section<'a> {
     })
 }
 
-fn error_budget<'a>(number: usize, only: bool, b: &Budget) -> Section<'a> {
+/// What the uncertainty of a move consists of, along its displacement: noise, calibration, attitude, 1σ, m.
+fn parts(one: &Move) -> Option<[f64; 3]> {
+    let (b, displacement) = (one.budget_m?, one.displacement_m?);
+    let long = norm(&displacement);
+    let along = |sd: [f64; 3]| match long > 0.0 {
+        true => norm(&[0, 1, 2].map(|i| displacement[i] / long * sd[i])),
+        false => largest(&sd),
+    };
+    Some([b.noise, b.calibration, b.attitude].map(along))
+}
+
+fn error_budget<'a>(number: usize, only: bool, one: &Move) -> Section<'a> {
     let section = Section::new("Error budget");
-    let noise = "noise, levelling, clock";
-    let attitude = "attitude in the move";
+    let Some([noise, calibration, attitude]) = parts(one) else {
+        return section;
+    };
     let parts = [
-        (norm(&b.noise), noise),
-        (norm(&b.calibration), "calibration, gravity"),
-        (norm(&b.attitude), attitude),
+        (noise, "noise, levelling, clock"),
+        (calibration, "calibration, gravity"),
+        (attitude, "attitude in the move"),
     ];
     let total = norm(&parts.map(|(value, _)| value));
     if total == 0.0 || !total.is_finite() {
         return section;
     }
     let of = if only {
-        "The displacement".to_owned()
+        "Along the displacement".to_owned()
     } else {
-        format!("Move {number}, the least certain one")
+        format!("Move {number}, the least certain one, along its displacement")
     };
-    let n = decimals_of(1e3 * total, 2).min(3);
-    let mm = |value: f64| Cell::number(fixed(COVERAGE * 1e3 * value, n));
-    let caption = format!("{of}, all axes together");
-    let columns = ["source", "± 95 %, mm", "share of the variance, %"];
-    let mut table = Table::new(caption, columns);
+    let (unit, factor) = if total < 1.0 { ("mm", 1e3) } else { ("m", 1.0) };
+    let n = decimals_of(factor * COVERAGE * total, 2).min(3);
+    let cell = |value: f64| Cell::number(fixed(COVERAGE * factor * value, n));
+    let columns = [
+        "source".to_owned(),
+        format!("± 95 %, {unit}"),
+        "share, %".to_owned(),
+    ];
+    let columns = columns.iter().map(String::as_str);
+    let mut table = Table::new(of, columns);
     for (value, what) in parts {
         let share = 100.0 * value * value / (total * total);
-        table = table.row(what, [mm(value), Cell::Share(share)]);
+        table = table.row(what, [cell(value), Cell::Share(share)]);
     }
-    let together = [mm(total), Cell::text("")];
+    let together = [cell(total), Cell::text("")];
     section.with(table.row("together (root sum of squares)", together))
 }
 

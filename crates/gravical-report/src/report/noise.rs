@@ -1,7 +1,7 @@
 //! Report of the noise of a sensor.
 
 use gravical::noise::{ChannelNoise, NoiseResult, Term, printed_unit};
-use gravical::numfmt::{count, decimals_for, digits, duration_text, fixed, small, unit};
+use gravical::numfmt::{COVERAGE, count, decimals_for, digits, duration_text, fixed, small, unit};
 
 use super::short_name;
 use crate::document::{Block, Cell, Document, HOW, Section, Table, Verdict};
@@ -85,16 +85,16 @@ pub fn noise<'a>(result: &NoiseResult, figures: &'a [Figure]) -> Document<'a> {
             entry("Rate", format!("{rate} Hz"), ""),
             entry("Temperature", degrees, ""),
         ],
-        verdict: Some(Verdict {
-            headline: Some([headline, "noise density N, noisiest axis".to_owned()]),
-            ..Verdict::without_word(proof)
-        }),
+        verdict: Some(Verdict::without_word(
+            [headline, "noise density N, noisiest axis".to_owned()],
+            proof,
+        )),
         ..Document::new(format!("Noise of {name}"))
     }
     .with(
         Section::new("Allan deviation")
             .figures(figures, &["allan-accelerometer"])
-            .wide(7),
+            .wide(12),
     )
     .with(
         Section::new("Gyroscope")
@@ -125,8 +125,9 @@ fn parameters(sensor: &str, channels: &[&ChannelNoise]) -> Table {
 
 fn value(channel: &ChannelNoise, term: Term, factor: f64) -> Cell {
     if let Some(e) = channel.estimate(term) {
-        let deviation = factor * (e.high - e.low) / 3.92;
-        let decimals = decimals_for(deviation);
+        // Half of the interval is two deviations.
+        let deviation = factor * (e.high - e.low) / 4.0;
+        let decimals = decimals_for(COVERAGE * deviation);
         let text = fixed(factor * e.value, decimals);
         return Cell::number(text).plus_minus(Some(deviation), decimals);
     }

@@ -57,11 +57,14 @@ use uncertainty::{
     DATA_SHEET, UNSTATED, applied_twice, by_covariance, of_gyroscope, variance_of_magnitude,
 };
 
+#[doc(hidden)]
 pub use gravical_motion::SampleState;
 pub use options::{Intervals, MotionOptions, Procedure};
-pub use orientation::{Attitude, OrientationJudgement, OrientationResult, OrientationVerdict};
+pub use orientation::{Attitude, OrientationJudgement, OrientationResult};
 pub use result::*;
-pub use track::{MotionSample, MotionTable};
+pub use track::MotionSample;
+#[doc(hidden)]
+pub use track::MotionTable;
 pub use uncertainty::GravityMisfit;
 
 /// Motion of a recording: the result, and the samples behind it.
@@ -75,16 +78,7 @@ pub struct Motion {
     bands: bool,
 }
 
-/// A calibration and the name it was given by.
-#[derive(Debug, Clone, Copy)]
-pub struct Calibrated<'a> {
-    /// The file's content.
-    pub file: &'a Calibration,
-    /// Its name, for messages.
-    pub name: &'a str,
-}
-
-/// Velocity and position of `recording`.
+/// Velocity and position of `recording`, by a `calibration` and the name it was given by.
 ///
 /// # Errors
 ///
@@ -93,12 +87,12 @@ pub struct Calibrated<'a> {
 /// finding: no gyroscope, a gap in a move. Without a rest there is a verdict, and no motion.
 pub fn motion(
     recording: &Recording,
-    calibration: Option<Calibrated<'_>>,
+    calibration: Option<(&Calibration, &str)>,
     options: &MotionOptions,
 ) -> Result<Motion> {
     options.validate()?;
     recording.refuse_averaged("cut the hours of the motion out: `gravical convert` writes all")?;
-    let file = calibration.map(|c| c.file);
+    let file = calibration.map(|(file, _)| file);
     let mut findings = recording.findings.clone();
     let Prepared {
         samples,
@@ -165,7 +159,7 @@ pub fn motion(
     let result = MotionResult {
         computation: Computation {
             input: recording.name.clone(),
-            calibration: calibration.map(|c| c.name.to_owned()),
+            calibration: calibration.map(|(_, name)| name.to_owned()),
             procedure,
             rate_hz: Rates {
                 nominal: timing.nominal_rate_hz,

@@ -1,5 +1,6 @@
 //! How the sensor points: the attitude of a motion, without its position.
 
+use gravical_calibrate::check::Verdict;
 use gravical_calibrate::recording::Finding;
 use gravical_calibrate::{Error, Result};
 use serde::Serialize;
@@ -18,24 +19,15 @@ pub struct OrientationResult {
     #[serde(flatten)]
     pub computation: Computation,
     /// What is known, and why not more.
-    pub verdict: OrientationVerdict,
+    pub verdict: Verdict<OrientationJudgement>,
     /// At the start and at the end.
     pub ends: Option<[Attitude; 2]>,
     /// Largest standard deviation of the tilt, degrees.
     pub largest_sigma_tilt_deg: Option<f64>,
-    /// Largest standard deviation of the heading, degrees; null from where on it is not known.
+    /// Largest standard deviation of the heading, degrees; null where it is not known at every row.
     pub largest_sigma_heading_deg: Option<f64>,
     /// What is odd.
     pub findings: Vec<Finding>,
-}
-
-/// What is known of an orientation.
-#[derive(Debug, Clone, PartialEq, Serialize)]
-pub struct OrientationVerdict {
-    /// In a word.
-    pub judgement: OrientationJudgement,
-    /// Why not more.
-    pub reasons: Vec<String>,
 }
 
 /// The verdict in a word.
@@ -107,16 +99,24 @@ impl Motion {
             reasons.extend(r.verdict.reasons.first().cloned());
         } else {
             if unknown > 0 {
-                let lost = r.moves.iter().filter_map(|m| m.unusable.as_deref());
-                let lost = lost.collect::<Vec<_>>().join("; ");
+                let moves = (1..).zip(&r.moves).filter(|(_, m)| m.unusable.is_some());
+                let moves: Vec<String> = moves
+                    .map(|(number, _): (usize, _)| number.to_string())
+                    .collect();
+                let (moves, after) = (
+                    moves.join(", "),
+                    if without_heading > unknown {
+                        ", nor the heading after it"
+                    } else {
+                        ""
+                    },
+                );
                 reasons.push(format!(
-                    "The attitude of {unknown} rows is not known: {lost}."
+                    "The attitude of {unknown} rows is not known (move {moves}){after}."
                 ));
             }
             if !self.own.samples.has_gyro() {
                 reasons.push("Without a gyroscope the heading is not known, and the tilt only about as at the rests.".to_owned());
-            } else if without_heading > unknown {
-                reasons.push("From there on the heading is not known.".to_owned());
             }
         }
         let judgement = match (unknown == rows, without_heading) {
@@ -127,7 +127,7 @@ impl Motion {
         let [tilt, heading] = largest.map(|v| Some(v).filter(|_| unknown < rows));
         Ok(OrientationResult {
             computation: r.computation.clone(),
-            verdict: OrientationVerdict { judgement, reasons },
+            verdict: Verdict { judgement, reasons },
             ends: ends.map(|ends| ends.map(attitude)),
             largest_sigma_tilt_deg: tilt,
             largest_sigma_heading_deg: heading.filter(|_| without_heading == 0),

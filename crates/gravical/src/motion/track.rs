@@ -31,13 +31,16 @@ impl MotionSample {
     /// Roll, pitch and yaw, degrees: R = R_z(yaw) R_y(pitch) R_x(roll); NaN where they are not known.
     pub fn roll_pitch_yaw_deg(&self) -> [f64; 3] {
         let [w, x, y, z] = self.state.attitude;
+        if !w.is_finite() {
+            return [f64::NAN; 3];
+        }
         let attitude = UnitQuaternion::new_unchecked(Quaternion::new(w, x, y, z));
         let (roll, pitch, yaw) = attitude.euler_angles();
         [roll, pitch, yaw].map(f64::to_degrees)
     }
 
-    /// Standard deviations of tilt, the angle between the true and the estimated vertical, and heading, degrees; NaN
-    /// where they are not known.
+    /// Standard deviations of tilt, the angle between the true and the estimated vertical (its rms, so that twice that
+    /// holds at least 95 %), and heading, the rotation about the vertical, degrees; NaN where they are not known.
     pub fn attitude_sd_deg(&self) -> [f64; 2] {
         let [x, y, z] = self.state.attitude_sd_rad;
         [x.hypot(y), z].map(f64::to_degrees)

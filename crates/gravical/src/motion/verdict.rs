@@ -1,6 +1,6 @@
 //! What a position is worth: its uncertainty by the distance that it went.
 
-use gravical_calibrate::numfmt::{digits, milli_g};
+use gravical_calibrate::numfmt::{COVERAGE, digits, milli_g};
 use gravical_core::matrix3::norm;
 use gravical_motion::{Ends, PathNode};
 use nalgebra::{Quaternion, UnitQuaternion};
@@ -9,14 +9,14 @@ use super::estimate::Estimate;
 use super::result::{FinalState, MotionJudgement, MotionVerdict, Move, VisibleMove};
 use super::uncertainty::GravityMisfit;
 
-/// Coverage factor of 95 %.
-const COVERAGE: f64 = 2.0;
 /// A position within this share of the distance is usable.
 const USABLE: f64 = 0.1;
-/// A velocity or an angle beyond so many of its standard deviations is there: one node of 16,000 by chance.
+/// A velocity or an angle beyond so many of its standard deviations is no chance: one of three axes in 5,300.
 const SEEN: f64 = 4.0;
-/// A turn below this is said of no rest, degrees.
-const REPORTED_TURN_DEG: f64 = 2.0;
+/// Nothing moved only if the end is known to so many times what a rest could hide in the duration of the moves.
+const HIDDEN: f64 = 4.0;
+/// Smaller rotations of what did not move are not reported, degrees.
+const REPORTED_ROTATION_DEG: f64 = 2.0;
 
 impl MotionVerdict {
     pub(super) fn new(
@@ -30,9 +30,11 @@ impl MotionVerdict {
         let distances = path.iter().map(|node| norm(&node.position_m));
         let size_m = end.position_m.map(|_| distances.fold(0.0, f64::max));
         let expanded_m = end.sigma_m.map(|sd| {
-            let along = moves.first().filter(|_| moves.len() == 1);
-            let along = along.and_then(|only| only.displacement_m);
-            COVERAGE * along.map_or(sd.into_iter().fold(0.0, f64::max), |d| along_it(&d, &sd))
+            let along = match &own.motion.moves[..] {
+                [only] => only.along_sd_m,
+                _ => sd.into_iter().fold(0.0, f64::max),
+            };
+            COVERAGE * along
         });
         let ratio = size_m.zip(expanded_m).map(|(size, u)| u / size);
         let is_seen = |node: &PathNode| {
@@ -44,19 +46,24 @@ impl MotionVerdict {
             moves.last().map(|m| m.ends),
             Some(Ends::FromRest | Ends::Free)
         );
+        let seconds = moves.iter().map(|m| m.end_s - m.start_s).sum();
+        let hidden_m = own.motion.hidden_displacement_m(seconds);
+        let is_small = expanded_m
+            .zip(hidden_m)
+            .is_some_and(|(u, hidden)| u <= HIDDEN * hidden);
         let judgement = match ratio {
             _ if moves.is_empty() && !own.motion.rests.is_empty() => AtRest,
             _ if end.position_m.is_none() => PositionNotKnown,
             _ if ends_open => Open,
             Some(ratio) if ratio <= USABLE => Usable,
             Some(ratio) if ratio <= 1.0 => Rough,
-            _ if !path.iter().any(is_seen) => AtRest,
+            _ if is_small && !path.iter().any(is_seen) => AtRest,
             _ => PositionNotKnown,
         };
         let mut reasons = Vec::new();
         reasons.extend(misfit.and_then(contradiction));
         reasons.push(reason(own, judgement, moves, visible));
-        reasons.extend(turn(path).filter(|_| judgement == AtRest));
+        reasons.extend(rotation(path).filter(|_| judgement == AtRest));
         MotionVerdict {
             judgement,
             size_m,
@@ -65,19 +72,6 @@ impl MotionVerdict {
             reasons,
         }
     }
-}
-
-/// Standard deviation along a displacement, of those along the axes.
-fn along_it(displacement: &[f64; 3], sd: &[f64; 3]) -> f64 {
-    let long = norm(displacement);
-    let part = |i: usize| {
-        if long > 0.0 {
-            displacement[i] / long * sd[i]
-        } else {
-            sd[i]
-        }
-    };
-    norm(&[0, 1, 2].map(part))
 }
 
 fn reason(
@@ -107,10 +101,13 @@ fn reason(
             "Moves whose displacement cannot be determined: {lost} of {all}; the table of moves gives the reasons."
         ),
         MotionJudgement::PositionNotKnown => {
-            "The uncertainty of the end is larger than the distance: rest more often, calibrate, and record a gyroscope.".to_owned()
+            "The uncertainty of the end is larger than the distance.".to_owned()
+        }
+        MotionJudgement::Open if moves.iter().all(|m| m.sigma_m.is_none()) => {
+            "This procedure knows no rest: nothing limits its drift, whose error grows with the square of time.".to_owned()
         }
         MotionJudgement::Open => {
-            "The recording ends in motion: nothing corrects the drift, whose error grows with the square of time and faster. Hold it still for 2 s after the last move.".to_owned()
+            "The recording does not end at rest: nothing after the last rest tests it. Hold it still for 2 s after the last move.".to_owned()
         }
         MotionJudgement::Usable | MotionJudgement::Rough => {
             "It ends at rest: the velocity is known to be zero there, which limits the drift.".to_owned()
@@ -118,8 +115,8 @@ fn reason(
     }
 }
 
-/// That it turned, though it did not move.
-fn turn(path: &[PathNode]) -> Option<String> {
+/// That it is turned at the end, though it did not move.
+fn rotation(path: &[PathNode]) -> Option<String> {
     let (first, last) = (path.first()?, path.last()?);
     let of = |node: &PathNode| {
         let [w, x, y, z] = node.attitude;
@@ -127,10 +124,13 @@ fn turn(path: &[PathNode]) -> Option<String> {
     };
     let angle = of(first).angle_to(&of(last));
     let sd = norm(&last.attitude_sd_rad);
-    let is_turn = angle > SEEN * sd && angle.to_degrees() > REPORTED_TURN_DEG;
-    is_turn.then(|| {
+    let is_rotated = angle > SEEN * sd && angle.to_degrees() > REPORTED_ROTATION_DEG;
+    is_rotated.then(|| {
         let (angle, within) = (angle.to_degrees(), COVERAGE * sd.to_degrees());
-        format!("It turned by {angle:.1}° ± {}° (95 %).", digits(within, 2))
+        format!(
+            "Between start and end it turned by {angle:.1}° ± {}° (95 %).",
+            digits(within, 2)
+        )
     })
 }
 

@@ -47,9 +47,9 @@ use crate::recording::{self, ReadOptions, Recording, nominal_accel};
 use crate::rounding;
 use crate::stats::pooled_deviation;
 
-pub use gravical_signal::{
-    AllanPoint, Drift, Estimate, FittedCurve, Misfit, NoiseLimit, NoiseTerm as Term,
-};
+#[doc(hidden)]
+pub use gravical_signal::NoiseLimit;
+pub use gravical_signal::{AllanPoint, Drift, Estimate, FittedCurve, Misfit, NoiseTerm as Term};
 pub use result::*;
 
 use series::Pieces;

@@ -64,6 +64,7 @@ impl NoiseResult {
 /// # Errors
 ///
 /// `not-noise` for any other file; errors of the file system.
+#[doc(hidden)]
 pub fn read_noise(path: impl AsRef<Path>) -> Result<NoiseResult> {
     let path = path.as_ref();
     InputFile::read(path, InputRole::Noise, parse).map(|(result, _)| result)
@@ -198,6 +199,7 @@ impl NotObservable {
 
 /// The unit in which a parameter of the gyroscope or of the accelerometer is printed, and printed values per
 /// value in SI units.
+#[doc(hidden)]
 pub fn printed_unit(term: Term, gyroscope: bool) -> (&'static str, f64) {
     let g = STANDARD_GRAVITY_MPS2;
     let degrees = 1_f64.to_degrees();

@@ -2,7 +2,7 @@
 
 use gravical::calibrate::{CalibrateOptions, calibrate};
 use gravical::calibration_file::Calibration;
-use gravical::motion::{Calibrated, MotionOptions, MotionResult, motion};
+use gravical::motion::{MotionOptions, MotionResult, motion};
 use gravical::recording::{ReadOptions, Recording, read};
 use gravical::simulate::{LineOptions, PosesOptions, Scenario, SimulateOptions, simulate_to};
 
@@ -51,7 +51,7 @@ fn named_calibrated(recording: &Recording, map: impl Fn([f64; 3]) -> [f64; 3]) -
 
 fn moved(recording: &Recording, file: &Calibration) -> MotionResult {
     let name = "cal.json";
-    let calibration = Some(Calibrated { file, name });
+    let calibration = Some((file, name));
     let options = MotionOptions::default();
     motion(recording, calibration, &options).unwrap().result
 }

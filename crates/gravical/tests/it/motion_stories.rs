@@ -117,10 +117,7 @@ fn a_motion_is_judged_by_its_size() {
         let v = &result.verdict;
         assert_eq!(v.judgement, expected, "{v:?} {:?}", result.moves);
         assert!(from_s == 0.0 || result.moves[0].start_s > from_s);
-        if let (Some(size), Some(within), Some(ratio)) = (v.size_m, v.expanded_m, v.ratio) {
-            assert!((within / size - ratio).abs() < 1e-12);
-        }
-        let turned = v.reasons.iter().any(|r| r.starts_with("It turned by 90."));
+        let turned = v.reasons.iter().any(|r| r.contains("it turned by 90."));
         assert_eq!(turned, at(7.0)[1] != 0.0, "{v:?}");
     }
 }
@@ -148,6 +145,16 @@ fn an_orientation_says_what_is_known_of_it() {
         let found = motion.orientation().unwrap();
         assert_eq!(found.verdict.judgement, expected, "{found:?}");
         let [start, end] = found.ends.unwrap();
+        // What is not known is an empty field.
+        let mut table = Vec::new();
+        motion.orientation_table(false).write(&mut table).unwrap();
+        let table = String::from_utf8(table).unwrap();
+        let unknown = table
+            .lines()
+            .filter(|line| line.contains(",,,,,,,"))
+            .count();
+        let lost = motion.result.moves.iter().any(|m| m.unusable.is_some());
+        assert_eq!(unknown > 0, lost, "{expected:?}");
         assert_eq!(end.sigma_heading_deg.is_some(), expected == Known);
         assert!(start.sigma_tilt_deg.unwrap() < 3.0);
         if expected == Known {

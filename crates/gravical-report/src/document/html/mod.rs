@@ -9,7 +9,7 @@ use super::{
     Block, Cell, Column, Detail, Document, HOW, Place, Remark, Section, Table, Verdict, left_out,
     parts,
 };
-use crate::figure::draw;
+use crate::figure::{draw, signs};
 
 /// Nothing is loaded, whatever a file name or label contains.
 const POLICY: &str =
@@ -57,7 +57,7 @@ impl Document<'_> {
                         }
                     }
                     footer {
-                        p { "Every ± and every “within” is 95 % (k = 2)." }
+                        p { "Every ± and every “within” is 95 % (k = 2), unless it says otherwise." }
                         @for s in placed(|p| matches!(p, Place::Foot)) { (foot(s)) }
                     }
                     script { (PreEscaped(SCRIPT)) }
@@ -81,7 +81,7 @@ fn mark(v: &Verdict) -> &'static str {
 
 fn certificate(entries: &[[String; 3]]) -> Markup {
     html! {
-        dl.card.cert aria-label="Certificate" {
+        dl.card.cert role="group" aria-label="Certificate" {
             @for [name, value, remark] in entries {
                 div {
                     dt { (name) }
@@ -95,32 +95,24 @@ fn certificate(entries: &[[String; 3]]) -> Markup {
 /// Word, one number, its proof, other numbers, what to do next; `wide` of twelve columns. Reasons that stand below "How
 /// do you know?" are not all said here.
 fn verdict(v: &Verdict, is_explained: bool, wide: u8) -> Markup {
-    let said = v.conclusion.iter().chain(&v.reasons);
-    let (headline, proof): (_, Vec<&String>) = match &v.headline {
-        Some(headline) if v.proof.is_empty() && v.reasons.is_empty() => {
-            (headline.clone(), v.conclusion.iter().collect())
-        }
-        Some(headline) if v.proof.is_empty() => {
-            let most = if is_explained {
-                PROOFS
-            } else {
-                v.reasons.len()
-            };
-            (headline.clone(), v.reasons.iter().take(most).collect())
-        }
-        Some(headline) => (headline.clone(), v.proof.iter().collect()),
-        None => {
-            let first = said.clone().next().cloned().unwrap_or_default();
-            ([first, String::new()], said.skip(1).collect())
-        }
+    let most = if is_explained {
+        PROOFS
+    } else {
+        v.reasons.len()
     };
+    let reasons = v.reasons.iter().take(most);
+    let proof: Vec<&String> = match &v.proof[..] {
+        [] => reasons.collect(),
+        proof => proof.iter().collect(),
+    };
+    let [headline, small] = &v.headline;
     let class = format!("card verdict w{wide}");
     html! {
         section class=(class) data-mark=(mark(v)) aria-labelledby="verdict" {
-            @if !v.word.is_empty() { p.mark.pill { (v.word) } }
+            @if !v.word.is_empty() { p.mark.pill { (v.word.replace('-', " ")) } }
             h2 id="verdict" {
-                (signs(&headline[0]))
-                @if !headline[1].is_empty() { " " small { (signs(&headline[1])) } }
+                (unbroken(&signs(headline)))
+                @if !small.is_empty() { " " small { (signs(small)) } }
             }
             @for text in proof { p { (words(text)) } }
             @if !v.numbers.is_empty() {
@@ -230,24 +222,23 @@ fn tabs(all: &[&Block<'_>]) -> Markup {
 fn words(text: &str) -> Markup {
     html! {
         @for (part, is_code) in parts(text) {
-            @if is_code { code { (part) } } @else { (part) }
+            @if is_code { code { (part) } } @else { (signs(part)) }
         }
     }
 }
 
-/// With typographic minus signs before digits.
-fn signs(text: &str) -> String {
-    let mut out = String::with_capacity(text.len());
-    let mut chars = text.chars().peekable();
-    let mut before = ' ';
-    while let Some(c) = chars.next() {
-        let is_sign = c == '-'
-            && matches!(before, ' ' | '(' | '±')
-            && chars
-                .peek()
-                .is_some_and(|n| n.is_ascii_digit() || "xyz".contains(*n));
-        out.push(if is_sign { '−' } else { c });
-        before = c;
+/// A number stays with its unit, and with its ±.
+fn unbroken(text: &str) -> String {
+    let words: Vec<&str> = text.split(' ').collect();
+    let number = |word: &str| word.ends_with(|c: char| c.is_ascii_digit()) || word == "±";
+    let mut out = String::new();
+    for (i, word) in words.iter().enumerate() {
+        out += match i {
+            0 => "",
+            i if number(words[i - 1]) => "\u{a0}",
+            _ => " ",
+        };
+        out += word;
     }
     out
 }
@@ -289,7 +280,7 @@ fn table(t: &Table, title: &str) -> Markup {
     let (rows, more) = t.shown(Detail::Full);
     html! {
         @if !t.caption.is_empty() { div.head { h3 { (t.caption) } } }
-        div.table.stack[t.columns.len() > 6] {
+        div.table.stack[t.columns.len() > 7] tabindex="0" role="region" aria-label=(if t.caption.is_empty() { title } else { &t.caption }) {
             table aria-label=(if t.caption.is_empty() { title } else { &t.caption }) {
                 thead {
                     @if groups.iter().any(|g| !g[0].group.is_empty()) {
@@ -315,7 +306,10 @@ fn table(t: &Table, title: &str) -> Markup {
                             @if let Some(name) = row.first() { th scope="row" { (cell_text(name)) } }
                             @for (cell, class) in row.iter().zip(&class).skip(1) {
                                 @if let Cell::Share(share) = cell {
-                                    td.share { i style={ "--share:" (format!("{share:.1}%")) } {} }
+                                    td.share {
+                                        span { (format!("{share:.0}")) }
+                                        i style={ "--share:" (format!("calc(({share:.1}%) * .7)")) } {}
+                                    }
                                 } @else {
                                     td class=[*class] { (cell_text(cell)) }
                                 }
@@ -333,8 +327,8 @@ fn cell_text(c: &Cell) -> Markup {
     // With a typographic minus sign.
     let shown = |text: &str| text.replace('-', "−");
     match c {
-        Cell::Text(text) => html! { (text) },
-        Cell::Share(share) => html! { (format!("{share:.0} %")) },
+        Cell::Text(text) => html! { (signs(text)) },
+        Cell::Share(share) => html! { (format!("{share:.0}")) },
         Cell::Number(text, sd) => html! {
             (shown(text))
             @if let Some(sd) = sd { " " small { "± " (shown(sd)) } }
