@@ -7,6 +7,7 @@ The reports are those of simulated recordings and, where GRAVICAL_DATA is set, o
 pictures of every page, for people. What does not hold ends the program with what it was.
 """
 
+import base64
 import os
 import pathlib
 import re
@@ -193,14 +194,18 @@ class Reports:
         if browser.run(FIRST_PLOT):
             self.the_pointer_reads_its_place()
             self.an_interval_is_zoomed_into()
-        assert browser.cdp("Page.printToPDF")["data"]
+        printed = base64.b64decode(browser.cdp("Page.printToPDF", preferCSSPageSize=True)["data"])
+        assert (pages := len(re.findall(rb"/Type\s*/Page[^s]", printed))) <= 3, (page.name, pages, "printed pages")
         for width in (1280, 800, 400, 360):
             browser.size(width, 900)
             browser.settle()
             self.nothing(width, OVERFLOW)
             self.nothing(width, OVERLAP)
             self.shot(width)
-        self.nothing("contrast", CONTRAST)
+        for scheme in ("light", "dark"):
+            browser.media(scheme)
+            self.nothing(f"contrast, {scheme}", CONTRAST)
+        browser.media()
         browser.size(1280, 900)
         self.without_script()
         self.quiet()

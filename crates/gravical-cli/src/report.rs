@@ -46,10 +46,14 @@ impl ReportArgs {
         self.report.is_some()
     }
 
+    /// Whether figures are drawn: for a report, or for their folder.
+    pub fn draws(&self) -> bool {
+        self.report.is_some() || self.figures.is_some()
+    }
+
     /// The figures, drawn for a report or their folder only.
     pub fn figures(&self, draw: impl FnOnce() -> Vec<Figure>) -> Vec<Figure> {
-        let wanted = self.report.as_ref().or(self.figures.as_ref());
-        wanted.map_or_else(Vec::new, |_| draw())
+        if self.draws() { draw() } else { Vec::new() }
     }
 
     /// Checks everything that a command is going to write, before its work.

@@ -43,7 +43,7 @@ pub enum Kind {
         bool,
     ),
     /// The report of any other verb, of its figures.
-    Plain(DocumentOf, Vec<Figure>),
+    Plain(DocumentOf, Box<dyn Fn() -> Vec<Figure> + Send + Sync>),
 }
 
 /// A result and its files.
@@ -100,7 +100,7 @@ impl Outcome {
             Kind::Noise(result) => figure::noise::figures(result),
             Kind::Motion(motion, _) => figure::motion::figures(motion),
             Kind::Orientation(motion, ..) => figure::motion::orientation(motion),
-            Kind::Plain(_, figures) => figures.clone(),
+            Kind::Plain(_, figures) => figures(),
         }
     }
 

@@ -44,14 +44,15 @@ impl Call {
     }
 }
 
-/// A result whose document is drawn when it is asked for.
+/// A result whose figures and document are drawn when they are asked for.
 fn plain<T: Send + Sync + 'static>(
     result: &Arc<T>,
-    figures: Vec<Figure>,
+    figures: impl Fn(&T) -> Vec<Figure> + Send + Sync + 'static,
     document: for<'a> fn(&T, &'a [Figure]) -> Document<'a>,
 ) -> Kind {
-    let result = result.clone();
-    Kind::Plain(Box::new(move |figures| document(&result, figures)), figures)
+    let (one, other) = (result.clone(), result.clone());
+    let draw = Box::new(move || figures(&other));
+    Kind::Plain(Box::new(move |figures| document(&one, figures)), draw)
 }
 
 /// Runs a verb.
@@ -94,8 +95,8 @@ fn inspect(mut call: Call) -> Result<Outcome> {
     let rows = call.reading.one(|path, how| read(path, how))?;
     let found = inspect::inspect(&rows, &options.axes);
     let inputs = InputFile::of(from_ref(&*rows));
-    let figures = figure::inspection::inspection(&found, &rows);
     let found = Arc::new(found);
+    let figures = move |found: &_| figure::inspection::inspection(found, &rows);
     let document = plain(&found, figures, report::inspection);
     Outcome::new(document, &*found, inputs)
 }
@@ -151,7 +152,7 @@ fn apply(mut call: Call) -> Result<Outcome> {
     let mut document = Document::new(&said).with_findings(&summary.findings, false);
     document.subject.push(said);
     let mut outcome = Outcome::new(
-        Kind::Plain(Box::new(move |_| document.clone()), Vec::new()),
+        Kind::Plain(Box::new(move |_| document.clone()), Box::new(Vec::new)),
         &summary,
         Vec::new(),
     )?;
@@ -193,12 +194,18 @@ fn denoise(mut call: Call) -> Result<Outcome> {
     let mut recording =
         Arc::unwrap_or_clone(call.reading.one(|path, how| read_samples(path, how))?);
     let inputs = InputFile::of(from_ref(&recording));
+    let raw = recording.clone();
     let summary = denoise::denoise(&mut recording, &options)?;
-    let figures = figure::denoise::denoise(&summary);
-    let summary = Arc::new(summary);
+    let (summary, recording) = (Arc::new(summary), Arc::new(recording));
+    let filtered = recording.clone();
+    let figures = move |summary: &_| {
+        let mut figures = figure::denoise::denoise(summary);
+        figures.extend(figure::denoise::before_and_after(&raw, &filtered));
+        figures
+    };
     let kind = plain(&summary, figures, report::denoise);
     let mut outcome = Outcome::new(kind, &*summary, inputs)?;
-    outcome.filtered = Some(Arc::new(recording));
+    outcome.filtered = Some(recording);
     Ok(outcome)
 }
 
@@ -225,9 +232,9 @@ fn check(mut call: Call) -> Result<Outcome> {
     let mut result = check::check(&file, &name, &rows, &options)?;
     result.findings.extend(left_out);
     let inputs = InputFile::of(&rows);
-    let figures = figure::check::check(&result);
     let result = Arc::new(result);
-    Outcome::new(plain(&result, figures, report::check), &*result, inputs)
+    let kind = plain(&result, figure::check::check, report::check);
+    Outcome::new(kind, &*result, inputs)
 }
 
 fn compare(mut call: Call) -> Result<Outcome> {
@@ -236,9 +243,8 @@ fn compare(mut call: Call) -> Result<Outcome> {
     let (first, first_name) = call.calibration()?;
     let names = [first_name.as_str(), second_name.as_str()];
     let result = compare::compare(&first, &second, names)?;
-    let figures = figure::check::comparison(&result);
     let result = Arc::new(result);
-    let kind = plain(&result, figures, report::comparison);
+    let kind = plain(&result, figure::check::comparison, report::comparison);
     Outcome::new(kind, &*result, Vec::new())
 }
 

@@ -1,10 +1,10 @@
 //! `gravical denoise`: a filtered recording, and the effect on its noise.
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
-use gravical::denoise::{DenoiseOptions, denoise_file};
-use gravical::recording::ReadOptions;
+use gravical::denoise::{DenoiseOptions, denoise, denoise_file};
+use gravical::recording::{ReadOptions, read_samples};
 use gravical_report::{figure, report};
 
 use crate::options::reading;
@@ -54,7 +54,14 @@ pub fn run(args: &Args) -> anyhow::Result<ExitCode> {
     let read_options = reading(&args.recording, args.report.is_wanted());
     let (summary, inputs) =
         output.write(|out| denoise_file(&args.input, &read_options, &args.options, out))?;
-    let figures = args.report.figures(|| figure::denoise::denoise(&summary));
+    let mut figures = args.report.figures(|| figure::denoise::denoise(&summary));
+    // What was written is read no more: the recording is filtered once more for its figures.
+    if args.report.draws() && args.input != Path::new("-") {
+        let raw = read_samples(&args.input, &read_options)?;
+        let mut filtered = raw.clone();
+        denoise(&mut filtered, &args.options)?;
+        figures.extend(figure::denoise::before_and_after(&raw, &filtered));
+    }
     let document = with_origin(report::denoise(&summary, &figures), &inputs);
     args.report.write(output.force, &document)?;
     let done = format!("{}: {} rows filtered", summary.input, summary.rows);

@@ -341,7 +341,10 @@ fn kept<const N: usize>(
     let thinned = |run: Vec<usize>, parts: usize| -> Vec<usize> {
         let part = rows.len().div_ceil(parts);
         let parts = run.chunk_by(|a, b| a / part == b / part);
-        parts.flat_map(|part| extremes(&rows, part)).collect()
+        let inner = parts.flat_map(|part| extremes(&rows, part));
+        let ends = [run.first(), run.last()].into_iter().flatten().copied();
+        let kept: BTreeSet<usize> = inner.chain(ends).collect();
+        kept.into_iter().collect()
     };
     let (mut out, mut straight) = (Vec::new(), 0);
     for run in all.chunk_by(together).filter(|run| !missing(run[0])) {
@@ -354,7 +357,7 @@ fn kept<const N: usize>(
         }
         run = straightened(&rows, &run, &spans);
         straight += run.len();
-        if straight > 4 * PARTS {
+        if straight > 2 * PARTS {
             run = thinned(run, PARTS);
         }
         out.extend(run.into_iter().map(|i| rows[i]));
@@ -362,13 +365,13 @@ fn kept<const N: usize>(
     out
 }
 
-/// Of some rows those with the smallest and the largest of each value, so that no spike is lost.
+/// Of some rows those with the smallest and the largest of each value over x, so that no spike is lost.
 fn extremes<const N: usize>(rows: &[[f64; N]], part: &[usize]) -> BTreeSet<usize> {
     let of = |c: usize| {
         let order = |a: &&usize, b: &&usize| rows[**a][c].total_cmp(&rows[**b][c]);
         [part.iter().min_by(order), part.iter().max_by(order)]
     };
-    (0..N).flat_map(of).flatten().copied().collect()
+    (1..N).flat_map(of).flatten().copied().collect()
 }
 
 /// Of the rows `run` those between which straight lines are off by at most [`TOLERANCE`] (Ramer, Computer Graphics and

@@ -35,18 +35,21 @@ pub fn denoise<'a>(summary: &DenoiseSummary, figures: &'a [Figure]) -> Document<
     }
     let names: Vec<&str> = summary.filters.iter().map(|f| f.filter.as_str()).collect();
     let entry = |name: &str, value: String| [name.to_owned(), value, String::new()];
-    let last = summary.filters.last().map(|f| &f.sigma);
-    let ratio = last.and_then(|last| {
-        let ratio = rms(&last.accelerometer?) / rms(&summary.recorded.accelerometer?);
-        ratio.is_finite().then_some(ratio)
-    });
-    let headline = match ratio {
-        Some(ratio) => format!(
-            "Noise at rest: {} of what it was",
-            fixed(ratio, decimals_of(ratio, 2))
-        ),
-        None => format!("Filtered by {}", names.join(", ")),
+    let last = summary.filters.last().map(|f| f.sigma).unwrap_or_default();
+    let share = |of: fn(&Sigmas) -> Option<[f64; 3]>| {
+        let ratio = rms(&of(&last)?) / rms(&of(&summary.recorded)?);
+        ratio
+            .is_finite()
+            .then(|| fixed(ratio, decimals_of(ratio, 2)))
     };
+    let shares = [share(|s| s.accelerometer), share(|s| s.gyroscope)];
+    let headline = match &shares {
+        [Some(ratio), _] | [None, Some(ratio)] => format!("Noise at rest: {ratio} of what it was"),
+        [None, None] => format!("Filtered by {}", names.join(", ")),
+    };
+    let numbers = shares.into_iter().zip(["accelerometer", "gyroscope"]);
+    let numbers =
+        numbers.filter_map(|(share, sensor)| Some([share?, format!("{sensor}, of its σ at rest")]));
     Document {
         certificate: vec![
             entry("Recording", short_name(&summary.input)),
@@ -54,13 +57,23 @@ pub fn denoise<'a>(summary: &DenoiseSummary, figures: &'a [Figure]) -> Document<
             entry("Rows", summary.rows.to_string()),
             entry("Rate", rate),
         ],
-        verdict: Some(Verdict::without_word(
-            [headline, String::new()],
-            String::new(),
-        )),
+        verdict: Some(Verdict {
+            numbers: numbers.collect(),
+            ..Verdict::without_word([headline, String::new()], String::new())
+        }),
         ..Document::new(format!("Filtering of {}", short_name(&summary.input)))
     }
-    .with(Section::new("Noise").figures(figures, &["noise"]).wide(12))
+    .with(
+        Section::new("Raw and filtered")
+            .figures(figures, &["filtered"])
+            .wide(7),
+    )
+    .with(
+        Section::new("Spectrum")
+            .figures(figures, &["spectrum"])
+            .wide(6),
+    )
+    .with(Section::new("Noise").figures(figures, &["noise"]).wide(6))
     .with(filters.with(Block::Paragraph(NO_DRIFT.to_owned())))
     .with(reading.folded("what was read"))
     .with_findings(&summary.findings, false)

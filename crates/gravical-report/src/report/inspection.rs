@@ -15,6 +15,9 @@ use super::{drift, largest, short_name};
 use crate::document::{Block, Cell, Document, Section, Table, Verdict};
 use crate::figure::Figure;
 
+/// More static intervals than this are folded on a page.
+const MAX_SHOWN: usize = 24;
+
 /// The document of an inspection.
 pub fn inspection<'a>(inspection: &Inspection, figures: &'a [Figure]) -> Document<'a> {
     let labels = inspection.labels.iter().take(12);
@@ -179,7 +182,12 @@ fn stills<'a>(all: &[StillSpan], case_axes: Option<CaseAxes>) -> Section<'a> {
         let mean = Cell::axes(Some(still.mean), |v| fixed(v, n));
         table = table.row(number.to_string(), cells.into_iter().chain(mean));
     }
-    Section::new("Static intervals")
+    let section = Section::new("Static intervals");
+    let section = match all.len() {
+        0..=MAX_SHOWN => section,
+        many => section.folded(many.to_string()),
+    };
+    section
         .with(table)
         .with(case_axes.map(|axes| Block::Note(axes.advice("interval"))))
         .full(Block::Note(format!(
