@@ -1,4 +1,4 @@
-//! Verdicts of recordings that are disturbed row by row: `disturbed [SENSORS]`, one line for each session and disturbance.
+//! Verdicts of recordings that are disturbed row by row: `disturbed [SENSORS]`, one line for each kind of session and disturbance.
 //!
 //! A verdict is wrong if the error of ‖a‖ in the worst direction, against the mean bias of the session, exceeds 20 mg or
 //! twice what is claimed.

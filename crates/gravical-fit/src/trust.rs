@@ -111,6 +111,9 @@ pub struct NextPose {
     pub direction: [f64; 3],
     /// Predicted error of ‖a‖ over all directions with this pose, m/s².
     pub predicted_mps2: f64,
+    /// Error of ‖a‖ in the worst direction with this pose (95 %), m/s².
+    #[serde(default)]
+    pub worst_mps2: Option<f64>,
     /// Undetected error of ‖a‖ in the worst direction with this pose, m/s²; none without redundancy.
     pub undetected_effect_mps2: Option<f64>,
 }
@@ -322,9 +325,9 @@ impl Fit {
         let mut directions = self.directions();
         let sd = self.usual_sd_mps2();
         let mut proposed = Vec::new();
+        let weakest = |sensor: &Sensor| sensor.weakest(sensor.coverage_factor());
+        let mut worst = weakest(&self.sensor_with(state.covariance));
         for _ in 0..count {
-            let sensor = self.sensor_with(state.covariance);
-            let worst = sensor.weakest(sensor.coverage_factor());
             let mut direction = Vector3::from(worst.direction);
             let hidden = |state: &State| {
                 self.undetected_by(state)
@@ -339,10 +342,12 @@ impl Fit {
             }
             state = self.with_pose(&state, &direction, sd);
             directions.push(direction);
-            let predicted = self.sensor_with(state.covariance).predicted_mps2();
+            let sensor = self.sensor_with(state.covariance);
+            worst = weakest(&sensor);
             proposed.push(NextPose {
                 direction: direction.into(),
-                predicted_mps2: predicted,
+                predicted_mps2: sensor.predicted_mps2(),
+                worst_mps2: Some(worst.error_mps2),
                 undetected_effect_mps2: Some(hidden(&state)).filter(|u| u.is_finite()),
             });
         }

@@ -117,15 +117,13 @@ fn errors(file: &Calibration) -> Figure {
     )
 }
 
-/// What the next poses lower: the predicted error, or what one wrong pose could hide.
+/// What the next poses lower: the error in the worst direction, or what one wrong pose could hide.
 fn more_poses(file: &Calibration) -> Option<Figure> {
     let r = &file.reliability;
     let next = r.proposed_poses();
-    let predicted =
-        std::iter::once(r.predicted_mps2).chain(next.iter().map(|p| Some(p.predicted_mps2)));
-    let predicted: Vec<f64> = predicted
-        .map(|v| COVERAGE * milli_g(v.unwrap_or(f64::NAN)))
-        .collect();
+    let worst = std::iter::once(r.worst_direction.map(|w| w.error_mps2));
+    let worst = worst.chain(next.iter().map(|p| p.worst_mps2));
+    let worst: Vec<f64> = worst.map(|v| v.map_or(f64::NAN, milli_g)).collect();
     let hidden = std::iter::once(r.undetected.map(|u| u.effect_mps2));
     let hidden = hidden.chain(next.iter().map(|p| p.undetected_effect_mps2));
     let hidden: Vec<f64> = hidden.map(|v| v.map_or(f64::NAN, milli_g)).collect();
@@ -140,12 +138,12 @@ fn more_poses(file: &Calibration) -> Option<Figure> {
         let series = Series::in_rows("with these poses", Role::Result, points);
         Panel::new(quantity, "mg", [x, Axis::rows(names.clone())], [series])
     };
-    let panels = [("Error, 95 %", &predicted), ("Could be hidden", &hidden)];
+    let panels = [("Error, 95 %", &worst), ("Could be hidden", &hidden)];
     let panels = panels
         .into_iter()
         .filter(|(_, values)| values.iter().any(|v| v.is_finite()));
     let panels = panels.map(|(name, values)| panel(name, values));
-    let caption = "Error of ‖a‖, mean over all directions; what one wrong pose could hide, in the worst one. Each pose is the one that helps most after those above it.";
+    let caption = "Error of ‖a‖ in the worst direction, and what one wrong pose could hide. Each pose is the one that helps most after those above it.";
     let figure = Figure::new("more-poses", "What more poses bring", caption, panels);
     (!next.is_empty()).then_some(figure)
 }
