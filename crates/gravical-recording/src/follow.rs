@@ -51,6 +51,8 @@ pub enum LineKind {
     Row(f64),
     /// Text that is neither row, header nor comment
     Rejected,
+    /// A header of other columns, or a line of the board with other settings
+    OtherHeader,
     /// A header, a comment, a blank line, or a line that continues a row
     Other,
 }
@@ -103,7 +105,7 @@ struct Opened {
     /// The one column of time, unless it holds steps.
     clock: Option<usize>,
     rate_hz: Option<f64>,
-    /// Lines that the last call read, and how many were read so far.
+    /// Lines that [`Follow::classify`] has not returned, and how many were read so far.
     lines: Vec<LineKind>,
     line_count: usize,
 }
@@ -130,13 +132,47 @@ impl Follow {
     ///
     /// Those of reading, once enough lines show that it is no recording; a header of other columns.
     pub fn push(&mut self, bytes: &[u8]) -> Result<Vec<Sample>> {
-        if let Some(opened) = &mut self.opened {
-            opened.lines.clear();
-        }
-        let read = self.take(bytes);
+        let read = self.read_samples(bytes);
         read.map_err(|e| e.in_file(Path::new(&self.name)))
     }
 
+    fn read_samples(&mut self, bytes: &[u8]) -> Result<Vec<Sample>> {
+        let mut samples = self.take(bytes)?;
+        if let Some(opened) = &mut self.opened {
+            let text = opened.complete_rows(&mut self.bytes);
+            samples.append(&mut opened.read(&text, self.max_rows)?);
+            opened.lines.clear();
+        }
+        self.check_size()?;
+        Ok(samples)
+    }
+
+    /// Takes the next bytes and says of each line what it is, for a logger; of no line before the
+    /// format is known. Rows are not judged. `is_last`: the format is that of the lines so far.
+    ///
+    /// # Errors
+    ///
+    /// Those of reading while the format is not known.
+    pub fn classify(&mut self, bytes: &[u8], is_last: bool) -> Result<Vec<LineKind>> {
+        let read = self.read_lines(bytes, is_last);
+        read.map_err(|e| e.in_file(Path::new(&self.name)))
+    }
+
+    fn read_lines(&mut self, bytes: &[u8], is_last: bool) -> Result<Vec<LineKind>> {
+        self.take(bytes)?;
+        if self.opened.is_none() && is_last {
+            self.open(true)?;
+        }
+        let Some(opened) = &mut self.opened else {
+            return Ok(Vec::new());
+        };
+        let text = opened.complete_rows(&mut self.bytes);
+        opened.parse(&text);
+        opened.crop(self.max_rows);
+        Ok(std::mem::take(&mut opened.lines))
+    }
+
+    /// Adds the bytes to those that wait. Returns the first samples, once the format is known.
     fn take(&mut self, bytes: &[u8]) -> Result<Vec<Sample>> {
         let mut samples = Vec::new();
         let mut rest = bytes;
@@ -155,17 +191,17 @@ impl Follow {
             }
         }
         self.bytes.extend_from_slice(rest);
-        if let Some(opened) = &mut self.opened {
-            let heading = opened.parser.heading.clone();
-            let whole = complete_rows(&opened.format, heading, &self.bytes);
-            let text: Vec<u8> = self.bytes.drain(..whole).collect();
-            samples.append(&mut opened.read(&text, self.max_rows)?);
+        Ok(samples)
+    }
+
+    fn check_size(&self) -> Result<()> {
+        if let Some(opened) = &self.opened {
             self.budget.check_rows(&opened.format, opened.rows.rows())?;
         }
         // What never ends a line is no text.
         let from = memrchr2(b'\n', b'\r', &self.bytes).map_or(0, |at| at + 1);
         match self.bytes.len() - from {
-            ..=MAX_ROW_BYTES => Ok(samples),
+            ..=MAX_ROW_BYTES => Ok(()),
             _ => Err(Problem::LongRow.error()),
         }
     }
@@ -210,17 +246,11 @@ impl Follow {
     ///
     /// Those of reading: so far the lines are no recording.
     pub fn settle(&mut self) -> Result<Vec<Sample>> {
-        if let Some(opened) = &mut self.opened {
-            opened.lines.clear();
+        if self.opened.is_some() {
             return Ok(Vec::new());
         }
         let first = self.open(true).map(Option::unwrap_or_default);
         first.map_err(|e| e.in_file(Path::new(&self.name)))
-    }
-
-    /// The lines that the last call read, in order: whole rows, once the format is known.
-    pub fn lines(&self) -> &[LineKind] {
-        self.opened.as_ref().map_or(&[], |opened| &opened.lines)
     }
 
     /// How the rows are written, once that is known.
@@ -306,6 +336,31 @@ fn complete_rows(format: &Format, mut heading: Heading, bytes: &[u8]) -> usize {
 }
 
 impl Opened {
+    /// Takes the bytes up to the end of the last complete row.
+    fn complete_rows(&self, bytes: &mut Vec<u8>) -> Vec<u8> {
+        let whole = complete_rows(&self.format, self.parser.heading.clone(), bytes);
+        bytes.drain(..whole).collect()
+    }
+
+    /// Reads lines, also behind a header of other columns.
+    fn parse(&mut self, text: &[u8]) {
+        let others = self.parser.read_on(text);
+        let new = self.parser.take();
+        let before = self.line_count - self.lines.len();
+        self.note_lines(&new);
+        for line in others {
+            self.lines[line - before - 1] = LineKind::OtherHeader;
+        }
+        self.rows.append(new);
+    }
+
+    /// Holds the last rows only.
+    fn crop(&mut self, max_rows: usize) {
+        if self.rows.rows() / 2 > max_rows {
+            self.rows.crop(self.rows.rows() - max_rows..usize::MAX);
+        }
+    }
+
     fn note_lines(&mut self, batch: &Rows) {
         let before = self.line_count - self.lines.len();
         self.line_count = self.line_count.max(batch.ledger.lines);
@@ -355,9 +410,7 @@ impl Opened {
                 Vec::new()
             }
         };
-        if self.rows.rows() / 2 > max_rows {
-            self.rows.crop(self.rows.rows() - max_rows..usize::MAX);
-        }
+        self.crop(max_rows);
         read.map(|()| samples)
     }
 

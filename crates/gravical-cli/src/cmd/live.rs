@@ -22,13 +22,13 @@ use gravical::recording::{self, ReadOptions};
 use gravical::targets::check_targets;
 use gravical::{Error, Result};
 
-use crate::cmd::log::{self, BoardArgs, free_path};
+use crate::cmd::log::{BoardArgs, Existing, LogFile, free_path};
 use crate::failure;
 use crate::options::{GravityArgs, number};
 
 use connect::{Connection, OpenSource};
 use console::{Console, EventLines, Plain};
-use source::{Incoming, Replay, Simulated, Source};
+use source::{Incoming, Port, Replay, Simulated, Source};
 use web::Page;
 
 /// What is typed or clicked waits in a queue of this length.
@@ -255,6 +255,7 @@ impl Args {
     fn open(&self) -> Result<OpenSource> {
         let resumes = self.resume.is_some();
         let folder = self.folder.as_deref().unwrap_or(Path::new(""));
+        let mut restored_bytes = 0;
         let (kind, name, source): (_, _, Box<dyn Source>) = if let Some(file) = &self.replay {
             let replay = Replay {
                 input: recording::source::open(file, &self.read_options())?,
@@ -268,20 +269,26 @@ impl Args {
             let name = format!("simulated MPU6050, seed {seed}");
             let path = folder.join(RECORDING);
             let simulated = Simulated::open(&path, resumes, seed, self.speed())?;
+            restored_bytes = simulated.file.length();
             (SourceKind::Simulate, name, Box::new(simulated))
         } else {
             make_folder(folder)?;
-            let args = log::Args::of_session(&self.board, folder.join(RECORDING), resumes);
-            let mut port = log::Session::open(&args)?;
+            self.board.wanted.validate()?;
+            let existing = Existing::of_session(resumes);
+            let mut recording = LogFile::open(&folder.join(RECORDING), existing)?;
             // What a session goes on with are whole lines.
-            port.file.start()?;
-            let name = port.port().unwrap_or("the board").to_owned();
-            (SourceKind::Port, name, Box::new(port))
+            recording.start()?;
+            let file = recording.second()?;
+            restored_bytes = recording.length();
+            let recording = self.board.record(recording, None, None)?;
+            let name = recording.port.clone().unwrap_or("the board".to_owned());
+            (SourceKind::Port, name, Box::new(Port { recording, file }))
         };
         Ok(OpenSource {
             kind,
             name,
             source,
+            restored_bytes,
             first: Incoming::default(),
         })
     }

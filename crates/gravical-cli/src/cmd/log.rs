@@ -1,30 +1,36 @@
 //! `gravical log`: record from a serial board to a file.
 
-mod event;
 mod file;
-mod gap;
+mod host;
 mod keys;
-mod lines;
 mod recorder;
 mod reporter;
-mod session;
 
+use std::collections::BTreeSet;
 use std::path::PathBuf;
 use std::process::ExitCode;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 
 use gravical::Result;
-use gravical::inspect::inspect;
+use gravical::escape::shell_word;
+use gravical::inspect::{Inspection, inspect};
+use gravical::numfmt::count;
 use gravical::poses::face::AxisMap;
-use gravical::recording::{ColumnsSpec, ReadOptions, read};
+use gravical::recording::{ColumnsSpec, Follow, ReadOptions, read};
+use gravical_report::document::Detail;
+use gravical_report::report;
+use serde::Serialize;
 
-pub use event::Event;
 pub use file::{Existing, LogFile, free_path};
-pub use session::Session;
+pub use host::{Queue, Recording};
+pub use recorder::Output;
+pub use recorder::event::Event;
 
-use event::{End, Ended};
+use host::Ended;
 use keys::Keys;
+use recorder::RecorderOptions;
+use recorder::event::{Counts, End, Status};
 use reporter::Reporter;
 
 use crate::device::board::Wanted;
@@ -33,6 +39,9 @@ use crate::options::number;
 
 /// At the end a file up to this length is inspected, bytes.
 const MAX_INSPECTED: u64 = 100_000_000;
+/// The last rows are judged for the status: so many, up to twice as many, from so many bytes at once.
+const JUDGED_ROWS: usize = 10_000;
+const JUDGED_BYTES: usize = 1 << 20;
 
 /// Record from a serial board; losses are marked; Space pauses
 #[derive(Clone, Default, clap::Args)]
@@ -64,9 +73,6 @@ pub struct Args {
     quiet: bool,
     #[command(flatten)]
     board: BoardArgs,
-    /// Somebody reads the lines that are written, and judges them.
-    #[arg(skip)]
-    is_read_along: bool,
 }
 
 /// The board, and how it is set.
@@ -89,18 +95,26 @@ pub struct BoardArgs {
     pub wanted: Wanted,
 }
 
-impl Args {
-    /// For a session that reads along: into the file `output`, which is continued if it `resumes`.
-    pub fn of_session(board: &BoardArgs, output: PathBuf, resumes: bool) -> Self {
-        Args {
-            output: Some(output),
-            existing: Existing::of_session(resumes),
-            board: board.clone(),
-            is_read_along: true,
-            ..Args::default()
-        }
+impl BoardArgs {
+    /// Records into this file.
+    ///
+    /// # Errors
+    ///
+    /// Those of the options, of the file and of the port.
+    pub fn record(&self, file: LogFile, rows: Option<u64>, duration_s: Option<f64>) -> Result<Recording> {
+        let options = RecorderOptions {
+            name: file.path().display().to_string(),
+            columns: self.columns.clone(),
+            wanted: self.wanted,
+            waits: self.wait,
+            rows,
+            duration_s,
+        };
+        Recording::start(self.port.clone(), self.baud, options, file)
     }
+}
 
+impl Args {
     fn file(&self) -> PathBuf {
         let axis = self.axis.as_ref().map(|axis| format!("{axis}_axis.csv"));
         let default = axis.unwrap_or_else(|| "recording.csv".to_owned());
@@ -114,68 +128,157 @@ pub fn run(args: &Args) -> anyhow::Result<ExitCode> {
     let interrupted = Arc::new(AtomicBool::new(false));
     let flag = Arc::clone(&interrupted);
     ctrlc::set_handler(move || flag.store(true, Ordering::SeqCst))?;
-    let mut session = Session::open(args)?;
+    args.board.wanted.validate()?;
+    // Before the port, whose opening resets the board.
+    let file = LogFile::open(&args.file(), args.existing)?;
+    let mut judge = Judge::new(file.before());
+    let mut recording = args.board.record(file, args.rows, args.duration)?;
     let keys = Keys::new();
     reporter.screen.is_raw = keys.is_some();
-    let mut done = Ok(());
-    while done.is_ok() && session.recorder.end.is_none() && !interrupted.load(Ordering::SeqCst) {
-        done = session.step().map(drop);
+    while let Some(output) = recording.next() {
+        judge.report(output, &mut reporter);
         match keys.as_ref().and_then(Keys::pressed) {
-            Some(b' ') if done.is_ok() => done = session.toggle_pause(),
+            Some(b' ') => recording.toggle_pause(),
             // Ctrl-C and Ctrl-D, too.
             Some(b'q' | 3 | 4) => break,
+            _ if interrupted.load(Ordering::SeqCst) => break,
             _ => {}
         }
-        reporter.report(&session.take_events());
     }
     reporter.screen.close();
     drop(keys);
-    end(args, session, done, &mut reporter)
+    let Some((ended, outputs)) = recording.end(false) else {
+        return Ok(ExitCode::SUCCESS);
+    };
+    for output in outputs {
+        judge.report(output, &mut reporter);
+    }
+    end(args, ended, &mut reporter)
 }
 
-/// Writes everything that waits, and reports the summary.
-fn end(
-    args: &Args,
-    mut session: Session,
-    mut done: Result<()>,
-    reporter: &mut Reporter,
-) -> anyhow::Result<ExitCode> {
-    let is_unplugged = !session.is_plugged_in();
-    let is_silent = session.recorder.is_silent();
-    let now_s = session.now_s();
-    let closed = session.close(done.is_err());
-    done = done.and(closed);
-    reporter.report(&session.take_events());
-    let (recorder, path) = (&session.recorder, session.file.path());
-    let counts = recorder.counts;
+/// Reads what was written, for the status: behind the recording, and some of it only where it falls back.
+struct Judge {
+    reader: Follow,
+    unread: Vec<u8>,
+    /// Lines that the reader has not got since the last judgement.
+    has_new: bool,
+    /// Kinds of what was found.
+    found: BTreeSet<String>,
+}
+
+impl Judge {
+    fn new(before: &[u8]) -> Self {
+        Judge {
+            reader: Follow::new("recording.csv", ReadOptions::default(), JUDGED_ROWS),
+            unread: before.to_vec(),
+            has_new: false,
+            found: BTreeSet::new(),
+        }
+    }
+
+    fn report(&mut self, output: Output, reporter: &mut Reporter) {
+        self.has_new |= !output.lines.is_empty();
+        self.unread.extend(output.lines);
+        if self.reader.form().is_some() && self.unread.len() > JUDGED_BYTES {
+            let old = self.unread.len() - JUDGED_BYTES;
+            let end = self.unread[old..].iter().position(|b| *b == b'\n');
+            self.unread.drain(..end.map_or(old, |at| old + at + 1));
+        }
+        for mut event in output.events {
+            if let Event::Status(status) = &mut event {
+                self.observe(status, reporter);
+            }
+            reporter.event(&event);
+        }
+    }
+
+    /// Adds what the last rows say. Without new rows nothing is known of this second.
+    fn observe(&mut self, status: &mut Status, reporter: &mut Reporter) {
+        if !std::mem::take(&mut self.has_new) {
+            return;
+        }
+        let text = std::mem::take(&mut self.unread);
+        let _ = self.reader.classify(&text, true);
+        if let Some(Ok(recording)) = self.reader.recording(u32::MAX) {
+            status.observe(&recording);
+            for finding in recording.findings {
+                if finding.is_of_samples() && self.found.insert(finding.kind.clone()) {
+                    reporter.finding(&finding);
+                }
+            }
+        }
+    }
+}
+
+/// What was recorded.
+#[derive(Serialize)]
+struct Summary {
+    file: String,
+    /// Why it ended; none after an error.
+    reason: Option<End>,
+    /// Since the first row, without pauses, s.
+    elapsed_s: f64,
+    #[serde(flatten)]
+    counts: Counts,
+    /// What `inspect` says of the file; none of a long file, and of one that cannot be read as a
+    /// recording.
+    inspection: Option<Inspection>,
+}
+
+impl Summary {
+    /// The counts, and what `gravical inspect` says of the file; none without a row.
+    fn words(&self) -> Option<String> {
+        let (file, counts) = (&self.file, &self.counts);
+        let mut text = format!("{file}: {} rows in {:.1} s", counts.rows, self.elapsed_s);
+        for (n, what) in [
+            (counts.rejected, "rejected line"),
+            (counts.gaps, "gap"),
+            (counts.missing, "missing row"),
+        ] {
+            if n > 0 {
+                text += &format!(", {}", count(n, what));
+            }
+        }
+        text += &match &self.inspection {
+            Some(inspection) => {
+                let document = report::inspection(inspection, &[]);
+                format!("\n\n{}", document.to_text(Detail::Full))
+            }
+            None => format!("\nNext: gravical inspect {}", shell_word(file)),
+        };
+        (counts.rows > 0).then_some(text)
+    }
+}
+
+/// Reports the summary.
+fn end(args: &Args, ended: Ended, reporter: &mut Reporter) -> anyhow::Result<ExitCode> {
+    let (counts, path) = (ended.counts, ended.file.path());
     let mut inspection = None;
     if counts.rows == 0 {
-        session.file.discard_empty();
+        ended.file.discard_empty();
     } else if std::fs::metadata(path).is_ok_and(|m| m.is_file() && m.len() <= MAX_INSPECTED) {
         match read(path, &ReadOptions::default()) {
             Ok(recording) => inspection = Some(inspect(&recording, &AxisMap::default())),
             Err(error) => {
-                let text = format!("gravical inspect cannot read the file: {error}");
-                reporter.report(&[Event::Warning { text }]);
+                reporter.warn(format!("gravical inspect cannot read the file: {error}"));
             }
         }
     }
-    let reason = recorder.end.filter(|_| done.is_ok());
-    // Rows that were held are written by the end.
-    let elapsed_s = recorder.elapsed_s(now_s);
-    reporter.report(&[Event::Ended(Box::new(Ended {
+    let reason = ended.reason.filter(|_| ended.done.is_ok());
+    reporter.ended(&Summary {
         file: path.display().to_string(),
         reason,
-        elapsed_s: elapsed_s.min(args.duration.unwrap_or(f64::INFINITY)),
+        elapsed_s: ended.elapsed_s.min(args.duration.unwrap_or(f64::INFINITY)),
         counts,
         inspection,
-    }))]);
-    done?;
+    });
+    ended.done?;
     let is_early = args.rows.is_some() || args.duration.is_some() || counts.rows == 0;
+    let is_incomplete = is_early || ended.is_silent || ended.is_incomplete;
     Ok(ExitCode::from(match reason {
-        Some(End::User) if is_early || is_silent || recorder.is_incomplete => failure::INTERRUPTED,
-        Some(End::Duration) if is_unplugged => failure::DEVICE,
-        Some(End::Duration) if is_silent => failure::INTERRUPTED,
+        Some(End::User) if is_incomplete => failure::INTERRUPTED,
+        Some(End::Duration) if ended.is_unplugged => failure::DEVICE,
+        Some(End::Duration) if ended.is_silent => failure::INTERRUPTED,
         _ => 0,
     }))
 }

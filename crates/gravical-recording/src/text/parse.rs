@@ -179,6 +179,18 @@ impl Parser {
         Ok(())
     }
 
+    /// Reads whole lines, also behind a header of other columns. Returns the numbers of such lines.
+    pub(crate) fn read_on(&mut self, text: &[u8]) -> Vec<usize> {
+        let mut others = Vec::new();
+        let text = String::from_utf8_lossy(text);
+        for line in text.split_terminator(char::from(self.format.line_end)) {
+            if self.read_line(line).is_err() {
+                others.push(self.line_number);
+            }
+        }
+        others
+    }
+
     /// Rows read and not taken.
     pub(crate) fn rows(&self) -> usize {
         self.rows.rows()

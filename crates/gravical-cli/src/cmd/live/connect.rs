@@ -28,6 +28,8 @@ pub struct OpenSource {
     pub kind: SourceKind,
     pub name: String,
     pub source: Box<dyn Source>,
+    /// Length of its file when it was opened: what a session that goes on begins with.
+    pub restored_bytes: u64,
     /// What it had while its first rows were waited for.
     pub first: Incoming,
 }

@@ -104,7 +104,7 @@ impl Driver<'_> {
         if let (Some(journal), Some(folder)) = (before, &self.args.folder) {
             let path = folder.join(RECORDING);
             let mut bytes = std::fs::read(&path).map_err(|e| Error::io(&path, e))?;
-            bytes.truncate(bytes.len().saturating_sub(first.bytes.len()));
+            bytes.truncate(self.opened.restored_bytes as usize);
             for message in self.session.restore(&bytes, journal)? {
                 self.now_s = message.t_s;
                 self.console.show(&message)?;

@@ -1,5 +1,6 @@
 //! Where the rows of a session come from: a port, a simulated sensor, a recording.
 
+use std::fs::File;
 use std::io::Read as _;
 use std::path::{Path, PathBuf};
 use std::time::{Duration, Instant};
@@ -9,13 +10,14 @@ use gravical::core::matrix3::{add, mul_vec, norm};
 use gravical::fit::model::sphere;
 use gravical::gravity::Gravity;
 use gravical::live::event::{Command, Event};
+use gravical::live::folder::RECORDING;
 use gravical::numfmt::milli_g;
 use gravical::poses::face::Face;
 use gravical::recording::bytes::Input;
 use gravical::simulate::{InteractiveSensor, LineOptions, Reading, SimulateOptions};
 use gravical::{Error, Result};
 
-use crate::cmd::log::{self, Existing, LogFile};
+use crate::cmd::log::{self, Existing, LogFile, Output};
 
 /// Bytes of a recording that are read at once.
 const AT_ONCE: usize = 1 << 12;
@@ -96,7 +98,7 @@ impl Source for Replay {
 /// A simulated sensor that is moved by commands. Its rows are written to a file.
 pub struct Simulated {
     sensor: InteractiveSensor,
-    file: LogFile,
+    pub file: LogFile,
     rows: u64,
     /// Time stamp of its start, s.
     offset_s: f64,
@@ -232,22 +234,40 @@ impl Source for Simulated {
 }
 
 /// A board at a port, recorded as `gravical log` does.
-impl Source for log::Session {
+pub struct Port {
+    pub recording: log::Recording,
+    /// For synchronisation.
+    pub file: File,
+}
+
+impl Port {
+    /// Whether it has ended by an error, which is returned.
+    fn end(&mut self, discards: bool) -> Result<()> {
+        let Some((ended, _)) = self.recording.end(discards) else {
+            return Ok(());
+        };
+        if discards {
+            ended.file.discard_empty();
+        }
+        ended.done
+    }
+}
+
+impl Source for Port {
     fn next(&mut self) -> Result<Option<Incoming>> {
-        let bytes = self.step()?;
-        let events = self.take_events();
+        let Some(Output { lines, events, .. }) = self.recording.next() else {
+            return self.end(true).map(|()| None);
+        };
+        let bytes = lines;
         Ok(Some(Incoming { bytes, events }))
     }
 
     fn make_safe(&mut self) -> Result<()> {
-        self.file.sync()
+        let synced = self.file.sync_data();
+        synced.map_err(|e| Error::io(Path::new(RECORDING), e))
     }
 
     fn close(&mut self, has_failed: bool) -> Result<()> {
-        let closed = log::Session::close(self, has_failed);
-        if has_failed {
-            self.file.discard_empty();
-        }
-        closed
+        self.end(has_failed)
     }
 }

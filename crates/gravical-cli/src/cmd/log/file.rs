@@ -1,4 +1,4 @@
-//! The file of a recording: locked, appended to, and rescued if it cannot be written.
+//! The file of a recording: locked, appended to in whole lines, and rescued if it is deleted.
 
 use std::fs::{File, TryLockError};
 use std::io::{self, Read as _, Seek as _, SeekFrom, Write as _};
@@ -14,8 +14,6 @@ use gravical::{Error, Result};
 const HEAD: u64 = 1 << 18;
 /// The error of Windows for a file that another program writes to.
 const SHARING_VIOLATION: i32 = 32;
-/// What was received is held up to this many bytes.
-const MAX_HELD: usize = 10_000_000;
 
 /// What to do with a file that exists; it is refused by default.
 #[derive(Debug, Clone, Copy, Default, clap::Args)]
@@ -46,11 +44,9 @@ pub struct LogFile {
     existing: Existing,
     /// End of the last lines that were written whole.
     length: u64,
-    /// To be rescued: the beginning of the file, and the last lines.
-    held: Vec<u8>,
-    /// End of the beginning that is kept: it names the columns.
-    head: usize,
-    /// It cannot be written: what was received is rescued, once.
+    /// Beginning of the file that is continued.
+    before: Vec<u8>,
+    /// It cannot be written: it ends with the last whole line.
     has_failed: bool,
 }
 
@@ -101,8 +97,7 @@ impl LogFile {
                 existing
             },
             length: 0,
-            held: Vec::new(),
-            head: 0,
+            before: Vec::new(),
             has_failed: false,
         };
         if file.existing.append {
@@ -114,12 +109,11 @@ impl LogFile {
     /// Reads the beginning of a file that is continued.
     fn read_before(&mut self) -> io::Result<()> {
         self.length = self.file.metadata()?.len();
-        (&self.file).take(HEAD).read_to_end(&mut self.held)?;
+        (&self.file).take(HEAD).read_to_end(&mut self.before)?;
         // Of a single line without an end the reader says what it is.
-        if let Some(at) = self.held.iter().rposition(|b| *b == b'\n') {
-            self.held.truncate(at + 1);
+        if let Some(at) = self.before.iter().rposition(|b| *b == b'\n') {
+            self.before.truncate(at + 1);
         }
-        self.head = self.held.len();
         self.file.seek(SeekFrom::End(0)).map(drop)
     }
 
@@ -158,6 +152,11 @@ impl LogFile {
         self.append(&[b"# rejected: ", torn.trim_ascii_end(), b"\n"].concat())
     }
 
+    /// Bytes of whole lines in it.
+    pub fn length(&self) -> u64 {
+        self.length
+    }
+
     /// Its path.
     pub fn path(&self) -> &Path {
         &self.path
@@ -166,41 +165,59 @@ impl LogFile {
     /// Lines of the file that is continued, from its beginning; empty for a new one. Before the first
     /// are written.
     pub fn before(&self) -> &[u8] {
-        &self.held
+        &self.before
     }
 
-    /// Passes lines to the system; none: only looks whether the file is still there. After an error
-    /// nothing more is written.
+    /// Passes lines to the system, all or none; without lines only looks whether the file is still there.
+    /// After an error nothing more is written.
     ///
     /// # Errors
     ///
-    /// `io` when they cannot be written, or another program removed, replaced or cut the file: what
-    /// was received is in a file beside it.
+    /// `io` when they cannot be written, or another program removed, replaced or cut the file.
     pub fn write(&mut self, lines: &[u8]) -> Result<()> {
         if self.has_failed {
             return Ok(());
         }
-        self.hold(lines);
-        let mut done = self.check_place();
-        if !lines.is_empty() {
-            let ready = done.and_then(|()| self.make_ready());
-            done = ready.and_then(|()| self.append(lines));
+        self.check_place()?;
+        if lines.is_empty() {
+            return Ok(());
         }
-        done.map_err(|e| self.rescued(&e))
+        let written = self.make_ready().and_then(|()| self.append(lines));
+        written.map_err(|e| self.failed(&e))
     }
 
     /// Makes what was written safe against a power failure.
     ///
     /// # Errors
     ///
-    /// As [`write`](Self::write).
+    /// The system's.
     pub fn sync(&mut self) -> Result<()> {
         match self.file.sync_data() {
             // A device that cannot.
             Err(e) if e.kind() == io::ErrorKind::InvalidInput => Ok(()),
-            Err(e) if !self.has_failed => Err(self.rescued(&e)),
+            Err(e) if !self.has_failed => Err(self.failed(&e)),
             _ => Ok(()),
         }
+    }
+
+    /// A second hold on the file, for [`File::sync_data`].
+    ///
+    /// # Errors
+    ///
+    /// The system's.
+    pub fn second(&self) -> Result<File> {
+        self.file.try_clone().map_err(|e| Error::io(&self.path, e))
+    }
+
+    fn failed(&mut self, why: &io::Error) -> Error {
+        self.has_failed = true;
+        let text = format!(
+            "{why}: the recording has ended; the {} bytes before are whole lines, and stay",
+            self.length
+        );
+        Error::io(&self.path, io::Error::new(why.kind(), text)).with_hint(
+            "make room on this disk and go on with --append, or record to another disk with -o",
+        )
     }
 
     /// Removes the file if nothing was written.
@@ -221,62 +238,39 @@ impl LogFile {
         Ok(())
     }
 
-    fn check_place(&self) -> io::Result<()> {
-        let own = self.file.metadata()?;
-        if !own.is_file() {
-            return Ok(());
-        }
+    /// Looks whether the file is still there. One that is gone lives as long as it is open: it is copied.
+    fn check_place(&mut self) -> Result<()> {
+        let io_error = |e| Error::io(&self.path, e);
+        let own = self.file.metadata().map_err(io_error)?;
+        let is_cut = own.len() < self.length;
         let why = match std::fs::metadata(&self.path) {
+            _ if !own.is_file() => return Ok(()),
             Err(_) => "another program deleted or moved the file",
             Ok(there) if !is_same(&own, &there) => "another program replaced the file",
-            Ok(_) if own.len() < self.length => "another program cut the file",
+            Ok(_) if is_cut => "another program cut the file, and what was recorded before is lost",
             Ok(_) => return Ok(()),
         };
-        Err(io::Error::other(why))
-    }
-
-    fn hold(&mut self, lines: &[u8]) {
-        self.held.extend_from_slice(lines);
-        if self.head == 0 {
-            self.head = self.held.len();
-        }
-        if self.held.len() > MAX_HELD {
-            let half = usize::midpoint(self.head, self.held.len());
-            let line = self.held[half..].iter().position(|b| *b == b'\n');
-            let end = half + line.map_or(0, |at| at + 1);
-            let mark = *b"# gap: earlier rows are not held\n";
-            self.held.splice(self.head..end, mark);
-        }
-    }
-
-    /// Writes what was received to another file; the error says where it is.
-    fn rescued(&mut self, why: &io::Error) -> Error {
         self.has_failed = true;
-        let beside = self.path.parent().unwrap_or(Path::new("")).to_owned();
-        let mut folders = [beside, std::env::temp_dir()].into_iter();
-        let rescue = if self.held.is_empty() {
-            "no line was written yet".to_owned()
-        } else if let Some(path) = folders.find_map(|folder| self.rescue_in(&folder).ok()) {
-            format!("what was received is in {}", path_text(&path))
-        } else {
-            "what was received could not be written anywhere".to_owned()
-        };
-        let text = format!("{why}: the recording has ended; {rescue}");
-        Error::io(&self.path, io::Error::new(why.kind(), text))
+        let mut text = format!("{why}: the recording has ended");
+        if !is_cut && self.length > 0 {
+            text += &match self.rescue() {
+                Ok(path) => format!("; what was received is in {}", path_text(&path)),
+                Err(e) => format!("; what was received could not be copied ({e})"),
+            };
+        }
+        Err(Error::io(&self.path, io::Error::other(text)))
     }
 
-    /// As `walk.rescued.csv`, or `walk.rescued-2.csv` if there is one already.
-    fn rescue_in(&self, folder: &Path) -> io::Result<PathBuf> {
+    /// Copies it to `walk.rescued.csv`, or `walk.rescued-2.csv` if there is one already.
+    fn rescue(&mut self) -> io::Result<PathBuf> {
         let stem = self.path.file_stem().unwrap_or_default().to_string_lossy();
         let ending = self.path.extension().unwrap_or_default().to_string_lossy();
         let name = format!("{stem}.rescued.{ending}");
-        let path = free_path(&folder.join(name.trim_end_matches('.')));
-        let mut file = File::create_new(&path)?;
-        let done = file.write_all(&self.held).and_then(|()| file.sync_data());
-        if done.is_err() {
-            let _ = std::fs::remove_file(&path);
-        }
-        done.map(|()| path)
+        let path = free_path(&self.path.with_file_name(name.trim_end_matches('.')));
+        let mut copy = File::create_new(&path)?;
+        self.file.rewind()?;
+        io::copy(&mut self.file, &mut copy)?;
+        copy.sync_data().map(|()| path)
     }
 }
 

@@ -1,23 +1,26 @@
 //! The life of a recording: bytes of the board, keys and time in; lines for the file, commands for
-//! the board and events out. It has no clock and no I/O: time is an argument, in seconds on any
-//! clock that only advances. The reader of recordings decides what a row is: it reads the lines as
-//! they will stand in the file.
+//! the board and events out. It has no clock, no I/O and no threads: time is an argument, in seconds
+//! on any clock that only advances.
+//!
+//! Every line that was received is written: as it is, or as `# rejected:` where it is no row. What a
+//! row is, is the decision of the parser of recordings, which reads the lines as they will stand in the
+//! file; it does not judge them.
+
+pub mod event;
+mod gaps;
+mod lines;
 
 use std::collections::VecDeque;
 
 use gravical::escape::shown;
-use gravical::recording::{ColumnsSpec, Follow, LineKind, ReadOptions};
+use gravical::recording::{ColumnsSpec, Follow, Form, LineKind, ReadOptions};
 use gravical::{Error, Result};
 
-use super::Args;
-use super::event::{Counts, End, Event};
-use super::gap::{Cause, GAP_STEPS, Gaps};
-use super::lines::{Line, Prefixes, Splitter};
-use crate::device::board::Settings;
-use crate::device::serial::{JUDGED_BYTES, no_rows};
+use crate::device::board::{Settings, Wanted};
+use event::{Counts, End, Event, Status};
+use gaps::{Cause, GAP_STEPS, Gap, Gaps};
+use lines::{Line, OtherHeader, Prefixes, Splitter};
 
-/// The last rows are judged: so many, up to twice as many.
-const JUDGED_ROWS: usize = 10_000;
 /// The format of a slow board is that of the rows of this time, s; and time between two attempts to
 /// detect it, s.
 const MAX_HELD_S: f64 = 6.0;
@@ -31,8 +34,32 @@ const RESET_S: f64 = 4.0;
 const RESET_SILENCE_S: f64 = 1.5;
 /// A board that was reset by opening its port takes commands after this time, s.
 const COMMAND_S: f64 = 2.5;
-/// Characters of a rejected line in a message.
+/// Rows below a header of other columns that fit it: the board sends other columns from now on.
+const MIN_OTHER_ROWS: u32 = 3;
+/// A hold of three seconds has too few rows for a calibration below this rate, Hz.
+const MIN_RATE_HZ: f64 = 5.0;
+/// The last bytes of a port without rows say why: so many.
+const RECEIVED_BYTES: usize = 512;
+/// Characters of a rejected line in a message, and of a line in place of rows.
 const QUOTED: usize = 60;
+/// With more than this share of characters that no text has, it is none.
+const MAX_UNREADABLE: f64 = 0.1;
+
+/// What is recorded, and until when.
+#[derive(Clone, Default)]
+pub struct RecorderOptions {
+    /// Name of the file, which may tell the sensor.
+    pub name: String,
+    /// Columns that the board does not name, or names otherwise.
+    pub columns: Option<ColumnsSpec>,
+    /// Settings that the board must have.
+    pub wanted: Wanted,
+    /// A board without rows is no error: it is reported.
+    pub waits: bool,
+    /// Ends after so many rows, and so many seconds.
+    pub rows: Option<u64>,
+    pub duration_s: Option<f64>,
+}
 
 /// A port that is open.
 #[derive(Default)]
@@ -50,26 +77,38 @@ struct Port {
     said: Option<String>,
 }
 
+/// What has to be done.
+#[derive(Default)]
+pub struct Output {
+    /// Whole lines for the file.
+    pub lines: Vec<u8>,
+    /// Commands for the board.
+    pub commands: String,
+    pub events: Vec<Event>,
+}
+
 /// One recording.
 pub struct Recorder {
-    pub args: Args,
+    options: RecorderOptions,
     /// Time of day at the time zero, s (UTC).
     day_s: f64,
     /// The board has the settings that are wanted; until then its lines are dropped.
     is_set: bool,
-    /// Lines are written; until the reader knows their format they are held.
-    is_writing: bool,
+    /// How rows are written. Until that is known lines are held.
+    form: Option<Form>,
     /// When the format of few lines is tried next, s.
     next_s: f64,
     /// Why it ended.
     pub end: Option<End>,
     port: Option<Port>,
-    pub reader: Follow,
+    reader: Follow,
     /// Comes before the next line of the file.
     preamble: String,
     prefixes: Prefixes,
-    /// Lines that the reader has not judged.
+    /// Lines that the reader has not classified, and their text that it has not got.
     waiting: VecDeque<Line>,
+    unread: Vec<u8>,
+    other_header: Option<OtherHeader>,
     gaps: Gaps,
     pub counts: Counts,
     /// Time of the first row, later by all pauses since, s.
@@ -77,10 +116,7 @@ pub struct Recorder {
     paused_from_s: Option<f64>,
     /// Rows are missing, or may be.
     pub is_incomplete: bool,
-    /// What has to be done: whole lines for the file, commands for the board, what is told.
-    pub text: Vec<u8>,
-    pub commands: String,
-    pub events: Vec<Event>,
+    output: Output,
 }
 
 impl Recorder {
@@ -90,46 +126,45 @@ impl Recorder {
     /// # Errors
     ///
     /// Those of the reader for the file that is continued.
-    pub fn new(args: Args, day_s: f64, before: &[u8]) -> Result<Self> {
-        let columns = args.board.columns.clone().filter(|_| before.is_empty());
-        let mut reader = reader(&args, columns);
-        let mut gaps = Gaps::default();
-        if !before.is_empty() {
-            reader.push(before)?;
-            reader.settle()?;
-            gaps.open(Cause::Continued);
-        }
-        Ok(Recorder {
-            is_set: args.board.wanted.commands().is_empty(),
-            is_writing: reader.form().is_some(),
+    pub fn new(options: RecorderOptions, day_s: f64, before: &[u8]) -> Result<Self> {
+        let columns = options.columns.clone().filter(|_| before.is_empty());
+        let mut recorder = Recorder {
+            is_set: options.wanted.commands().is_empty(),
+            form: None,
             next_s: 0.0,
-            args,
             day_s,
             end: None,
             port: None,
-            reader,
+            reader: reader(&options, columns),
+            options,
             preamble: String::new(),
             prefixes: Prefixes::of_file(before, day_s),
             waiting: VecDeque::new(),
-            gaps,
+            unread: Vec::new(),
+            other_header: None,
+            gaps: Gaps::default(),
             counts: Counts::default(),
             began_s: f64::INFINITY,
             paused_from_s: None,
             is_incomplete: false,
-            text: Vec::new(),
-            commands: String::new(),
-            events: Vec::new(),
-        })
+            output: Output::default(),
+        };
+        if !before.is_empty() {
+            recorder.reader.classify(before, true)?;
+            recorder.form = recorder.reader.form();
+            recorder.gaps.open(Cause::Continued);
+        }
+        Ok(recorder)
+    }
+
+    /// What has to be done since the last call.
+    pub fn take(&mut self) -> Output {
+        std::mem::take(&mut self.output)
     }
 
     /// Whether nothing has arrived for a while, or the port is lost; not in a pause.
     pub fn is_silent(&self) -> bool {
-        !self.is_paused() && self.port.as_ref().is_none_or(|port| port.is_silent)
-    }
-
-    /// Whether rows are not stored, as the user wants it.
-    pub fn is_paused(&self) -> bool {
-        self.paused_from_s.is_some()
+        self.paused_from_s.is_none() && self.port.as_ref().is_none_or(|port| port.is_silent)
     }
 
     /// Seconds since the first row, without pauses.
@@ -137,9 +172,24 @@ impl Recorder {
         (self.paused_from_s.unwrap_or(now_s) - self.began_s).max(0.0)
     }
 
-    /// Tells an event.
-    pub fn say(&mut self, event: Event) {
-        self.events.push(event);
+    /// The state of the recording; none before the first row.
+    pub fn status(&self, now_s: f64) -> Option<Status> {
+        (self.counts.rows > 0).then(|| Status {
+            rows: self.counts.rows,
+            elapsed_s: self.elapsed_s(now_s),
+            paused: self.paused_from_s.is_some(),
+            rejected: self.counts.rejected,
+            ..Status::default()
+        })
+    }
+
+    /// Adds an event to the output.
+    pub fn report(&mut self, event: Event) {
+        self.output.events.push(event);
+    }
+
+    fn warn(&mut self, text: String) {
+        self.report(Event::Warning { text });
     }
 
     // Inputs.
@@ -150,13 +200,16 @@ impl Recorder {
         if self.counts.rows == 0 {
             self.preamble = preamble;
         }
-        let port = port.to_owned();
+        let name = port.to_owned();
+        self.report(Event::Opened {
+            port: name.clone(),
+            device,
+        });
         self.port = Some(Port {
-            name: port.clone(),
+            name,
             opened_s: now_s,
             ..Port::default()
         });
-        self.say(Event::Opened { port, device });
     }
 
     /// The port is lost; `why` is the system's message.
@@ -167,66 +220,83 @@ impl Recorder {
         }
         self.drop_held(|_| false);
         let text = why.to_owned();
-        self.say(Event::Lost { text });
+        self.report(Event::Lost { text });
     }
 
-    /// Bytes of the board.
+    /// Bytes that were received had no room, and are lost.
     ///
     /// # Errors
     ///
-    /// Those that end the recording: the board sends other rows than before, or none.
-    pub fn bytes(&mut self, now_s: f64, bytes: &[u8]) -> Result<()> {
-        let Some(port) = &mut self.port else {
-            return Ok(());
-        };
-        let last_s = port.last_bytes_s.replace(now_s).unwrap_or(now_s);
-        port.is_silent = false;
-        port.received.extend_from_slice(bytes);
-        let old = port.received.len().saturating_sub(JUDGED_BYTES);
-        port.received.drain(..old);
-        let lines = port.splitter.push(bytes);
-        if now_s - last_s >= RESET_SILENCE_S && now_s - port.opened_s < RESET_S {
-            let begins_word = |line: &Line| line.text.first().is_some_and(u8::is_ascii_alphabetic);
-            self.drop_held(|line| line.is_comment() || begins_word(line));
+    /// As [`bytes`](Self::bytes).
+    pub fn overflow(&mut self, bytes: u64) -> Result<()> {
+        if let Some(port) = &mut self.port {
+            port.splitter = Splitter::default();
         }
-        let mut lines = lines.into_iter();
-        lines.try_for_each(|(line, is_whole)| self.line(now_s, line, is_whole))
+        self.classify(false)?;
+        self.gaps.overflow(bytes);
+        Ok(())
+    }
+
+    /// Bytes of the board; none: time passes.
+    ///
+    /// # Errors
+    ///
+    /// Those that end the recording: the board sends other columns than before, or no rows.
+    pub fn bytes(&mut self, now_s: f64, bytes: &[u8]) -> Result<()> {
+        if let Some(port) = self.port.as_mut().filter(|_| !bytes.is_empty()) {
+            let last_s = port.last_bytes_s.replace(now_s).unwrap_or(now_s);
+            port.is_silent = false;
+            port.received.extend_from_slice(bytes);
+            let old = port.received.len().saturating_sub(RECEIVED_BYTES);
+            port.received.drain(..old);
+            let lines = port.splitter.push(bytes);
+            if now_s - last_s >= RESET_SILENCE_S && now_s - port.opened_s < RESET_S {
+                let begins_word = |line: &Line| line.text.first().is_some_and(u8::is_ascii_alphabetic);
+                self.drop_held(|line| line.is_comment() || begins_word(line));
+            }
+            for (line, is_whole) in lines {
+                self.line(now_s, line, is_whole);
+            }
+            self.classify(false)?;
+        }
+        self.tick(now_s)
     }
 
     /// The space bar. Three blank lines stand for a pause.
     ///
     /// # Errors
     ///
-    /// Those of the reader.
+    /// As [`bytes`](Self::bytes).
     pub fn toggle_pause(&mut self, now_s: f64) -> Result<()> {
         if self.counts.rows == 0 || self.end.is_some() {
             return Ok(());
         }
         let Some(from_s) = self.paused_from_s.take() else {
             self.paused_from_s = Some(now_s);
-            self.say(Event::Paused);
+            self.report(Event::Paused);
             return Ok(());
         };
         self.began_s += now_s - from_s;
         self.gaps.resume(now_s, self.port.is_some());
-        self.say(Event::Resumed);
-        (0..3).try_for_each(|_| self.add(Line::plain(now_s, "")))
+        self.report(Event::Resumed);
+        (0..3).for_each(|_| self.add(Line::plain(now_s, "")));
+        self.classify(false)
     }
 
-    /// Time passes.
-    ///
-    /// # Errors
-    ///
-    /// Those that end the recording.
-    pub fn tick(&mut self, now_s: f64) -> Result<()> {
+    fn tick(&mut self, now_s: f64) -> Result<()> {
         if !self.is_set {
             return self.set(now_s);
         }
-        if self.is_writing {
+        if self.form.is_some() {
             self.notice_silence(now_s);
             self.end_at(now_s);
         } else {
-            self.begin(now_s, false)?;
+            // Of a slow board what is held is taken as it is, after a while.
+            let held_s = self.waiting.front().map_or(0.0, |line| now_s - line.at_s);
+            if now_s >= self.next_s && (self.is_due(now_s) || held_s >= MAX_HELD_S) {
+                self.next_s = now_s + RETRY_S;
+                self.classify(true)?;
+            }
         }
         if self.counts.rows == 0 && self.is_due(now_s) {
             return self.report_no_rows();
@@ -238,10 +308,20 @@ impl Recorder {
     ///
     /// # Errors
     ///
-    /// Those of the reader.
+    /// As [`bytes`](Self::bytes).
     pub fn finish(&mut self, now_s: f64) -> Result<()> {
-        self.begin(now_s, true)?;
+        self.classify(true)?;
         self.end_at(now_s);
+        if self.form.is_some() && self.end.is_none() {
+            self.refute_header();
+            // A row of which lines are missing.
+            while let Some(line) = self.waiting.pop_front() {
+                self.write(&line.in_file());
+            }
+            if let Some(gap) = self.gaps.at_end(now_s) {
+                self.name_gap(gap);
+            }
+        }
         self.end.get_or_insert(End::User);
         Ok(())
     }
@@ -249,152 +329,195 @@ impl Recorder {
     // Lines.
 
     /// A line of the board, without its end.
-    fn line(&mut self, now_s: f64, text: Vec<u8>, is_whole: bool) -> Result<()> {
+    fn line(&mut self, now_s: f64, text: Vec<u8>, is_whole: bool) {
         if text.starts_with(b"#") {
             let text = String::from_utf8_lossy(&text);
             let shown = shown(&text).into_owned();
-            self.say(Event::Board { text: shown });
+            self.report(Event::Board { text: shown });
             if let Some(settings) = Settings::parse(&text) {
                 self.settings_are(now_s, &settings);
             }
-        } else if self.is_paused() {
-            return Ok(());
+        } else if self.paused_from_s.is_some() {
+            return;
         }
         if self.end.is_some() || !self.is_set {
-            return Ok(());
+            return;
         }
         // Of numbers whose beginning was not received the first may lack digits.
         if is_whole || text.iter().any(u8::is_ascii_alphabetic) {
             let (at_s, prefix) = (now_s, self.prefixes.before(&text, now_s));
-            return self.add(Line { at_s, prefix, text });
-        }
-        if self.is_writing {
+            self.add(Line { at_s, prefix, text });
+        } else if self.form.is_some() {
             self.reject(&text);
         }
-        Ok(())
     }
 
-    /// Passes a line to the reader, and writes what that has judged: from the line on by which it knows
-    /// the format.
-    fn add(&mut self, line: Line) -> Result<()> {
-        let read = self.reader.push(&line.in_file());
+    fn add(&mut self, line: Line) {
+        self.unread.extend(line.in_file());
         self.waiting.push_back(line);
-        if self.is_writing {
-            read.map_err(|error| unreadable(&error))?;
-            self.write_judged();
-            return Ok(());
+    }
+
+    /// Writes the lines that the reader can classify: from the line on by which it knows their format.
+    fn classify(&mut self, is_last: bool) -> Result<()> {
+        let text = std::mem::take(&mut self.unread);
+        let kinds = self.reader.classify(&text, is_last && self.form.is_none());
+        if self.form.is_some() {
+            return self.judged(kinds?);
         }
-        if read.is_err() {
+        if kinds.is_err() && !is_last {
             // So many lines without a format are no recording.
             self.drop_held(|_| false);
             return self.report_no_rows();
         }
-        self.write_held()
-    }
-
-    /// Takes what is held as it is, after a while or at the end.
-    fn begin(&mut self, now_s: f64, is_last: bool) -> Result<()> {
-        let held_s = self.waiting.front().map_or(0.0, |line| now_s - line.at_s);
-        let is_time = now_s >= self.next_s && (self.is_due(now_s) || held_s >= MAX_HELD_S);
-        if self.is_writing || !is_last && !is_time {
-            return Ok(());
-        }
-        self.next_s = now_s + RETRY_S;
-        // Lines that are no recording may be one with those that follow.
-        let _ = self.reader.settle();
-        self.write_held()
-    }
-
-    /// Writes the lines that were held, and those that follow, once their format is known.
-    fn write_held(&mut self) -> Result<()> {
+        // Lines that are no recording yet may be one with those that follow.
         let Some(form) = self.reader.form() else {
             return Ok(());
         };
-        self.is_writing = true;
-        let columns = self.args.board.columns.clone();
+        self.begin(form)
+    }
+
+    /// Writes the lines that were held, whose format is known now.
+    fn begin(&mut self, form: Form) -> Result<()> {
+        let columns = self.options.columns.clone();
         self.prefixes = Prefixes::new(&form, columns.is_some(), self.day_s);
         let mut header = self.prefixes.header(&form);
-        self.reader = reader(&self.args, columns.filter(|_| header.is_none()));
+        self.reader = reader(&self.options, columns.filter(|_| header.is_none()));
         for (at, mut line) in std::mem::take(&mut self.waiting).into_iter().enumerate() {
             if at == form.head_lines
                 && let Some(header) = header.take()
             {
-                self.add(Line::plain(line.at_s, header))?;
+                self.add(Line::plain(line.at_s, header));
             }
             if at >= form.head_lines || at + 1 == form.header_line {
                 line.prefix = self.prefixes.before(&line.text, line.at_s);
             }
-            self.add(line)?;
+            self.add(line);
         }
-        self.reader.settle().map_err(|error| unreadable(&error))?;
-        self.write_judged();
+        let text = std::mem::take(&mut self.unread);
+        let kinds = self.reader.classify(&text, true);
+        let kinds = kinds.map_err(|error| unreadable(error.message()))?;
+        self.form = self.reader.form();
+        self.judged(kinds)?;
+        let slow_hz = self.rate_hz().filter(|rate_hz| *rate_hz < MIN_RATE_HZ);
+        if let Some(rate_hz) = slow_hz {
+            self.warn(format!(
+                "the board sends {rate_hz:.1} rows a second, too few for a calibration, which needs {MIN_RATE_HZ}, better 50: shorten the delay of its sketch, for example from delay(500) to delay(10), and upload it again"
+            ));
+        }
         Ok(())
     }
 
-    /// Writes the lines that the reader has judged.
-    fn write_judged(&mut self) {
-        for kind in self.reader.lines().to_vec() {
-            let Some(line) = self.waiting.pop_front() else {
-                return;
-            };
-            if let LineKind::Row(stamp) = kind {
-                self.begin_row(line.at_s, stamp);
+    fn judged(&mut self, kinds: Vec<LineKind>) -> Result<()> {
+        for kind in kinds {
+            if let Some(line) = self.waiting.pop_front() {
+                self.decide(line, kind)?;
             }
-            if self.end.is_some() {
-                return;
+        }
+        Ok(())
+    }
+
+    /// Writes a line, unless it may be a header of other columns, or stands below one.
+    fn decide(&mut self, line: Line, kind: LineKind) -> Result<()> {
+        let is_row = self.other_header.as_ref().map(|header| header.is_row(&line));
+        if let (Some(header), Some(None | Some(true))) = (&mut self.other_header, is_row) {
+            header.rows += u32::from(is_row == Some(Some(true)));
+            header.lines.push((line, kind));
+            if header.rows < MIN_OTHER_ROWS {
+                return Ok(());
             }
-            match kind {
-                LineKind::Rejected => self.reject(&line.text),
-                _ => self.write(&line.in_file()),
+            let text = String::from_utf8_lossy(&header.lines[0].0.text).into_owned();
+            return Err(columns_changed(&text));
+        }
+        self.refute_header();
+        match kind {
+            LineKind::OtherHeader if line.is_comment() => {
+                return Err(columns_changed(&String::from_utf8_lossy(&line.text)));
             }
+            LineKind::OtherHeader => self.other_header = Some(OtherHeader::new(line)),
+            _ => self.put(&line, kind),
+        }
+        Ok(())
+    }
+
+    /// No rows fit the header: it was noise.
+    fn refute_header(&mut self) {
+        let header = self.other_header.take();
+        for (line, kind) in header.into_iter().flat_map(|header| header.lines) {
+            self.put(&line, kind);
+        }
+    }
+
+    fn put(&mut self, line: &Line, kind: LineKind) {
+        if self.end.is_some() {
+            return;
+        }
+        // What no board sends, although it may have as many fields as a row.
+        let is_control = |b: &u8| b.is_ascii_control() && !b"\t\r\x1b".contains(b);
+        let has_control = line.text.iter().any(is_control);
+        let is_in_words = self.prefixes.delimiter.is_none();
+        let is_text = is_in_words || std::str::from_utf8(&line.text).is_ok();
+        match kind {
+            LineKind::Row(stamp) if is_text && !has_control => {
+                if self.begin_row(line.at_s, stamp) {
+                    self.write(&line.in_file());
+                }
+            }
+            LineKind::Other if line.is_comment() || !has_control => self.write(&line.in_file()),
+            _ => self.reject(&line.text),
         }
     }
 
     /// A row follows, unless it ends here.
-    fn begin_row(&mut self, at_s: f64, stamp: f64) {
+    fn begin_row(&mut self, at_s: f64, stamp: f64) -> bool {
         self.began_s = self.began_s.min(at_s);
         self.end_at(at_s);
         if self.end.is_some() {
-            return;
+            return false;
         }
         if self.counts.rows == 0 {
-            let roles = self.reader.form().map(|form| form.roles);
-            let columns = roles.unwrap_or_default().join(",");
-            self.say(Event::Started { columns });
+            let roles = self.form.as_ref().map(|form| form.roles.join(","));
+            let columns = roles.unwrap_or_default();
+            self.report(Event::Started { columns });
         }
         // Times of arrival do not tell what is missing.
         let stamp = Some(stamp).filter(|stamp| self.prefixes.has_clock && !stamp.is_nan());
         let (rate_hz, max_s) = (self.rate_hz(), self.silence_s());
         if let Some(gap) = self.gaps.before_row(at_s, stamp, rate_hz, max_s) {
-            self.write(format!("{}\n", gap.line()).as_bytes());
-            self.counts.gaps += 1;
-            let missing = gap.rows.unwrap_or(0);
-            self.counts.missing = self.counts.missing.saturating_add(missing);
-            self.is_incomplete |= gap.rows != Some(0) && gap.cause != Cause::Continued;
-            self.say(Event::Gap(gap));
+            self.name_gap(gap);
         }
         self.counts.rows += 1;
+        true
+    }
+
+    fn name_gap(&mut self, gap: Gap) {
+        self.write(format!("{}\n", gap.line()).as_bytes());
+        self.counts.gaps += 1;
+        let missing = gap.rows.unwrap_or(0);
+        self.counts.missing = self.counts.missing.saturating_add(missing);
+        let has_lost = gap.rows != Some(0) || gap.dropped_bytes > 0;
+        self.is_incomplete |= has_lost && gap.cause != Cause::Continued;
+        self.report(Event::Gap(gap));
     }
 
     /// Ends it once all that was asked for is there.
     fn end_at(&mut self, now_s: f64) {
         let elapsed_s = self.elapsed_s(now_s);
-        if self.args.rows == Some(self.counts.rows) {
+        if self.options.rows == Some(self.counts.rows) {
             self.end.get_or_insert(End::Rows);
-        } else if self.args.duration.is_some_and(|max_s| elapsed_s >= max_s) {
+        } else if self.options.duration_s.is_some_and(|max_s| elapsed_s >= max_s) {
             self.end.get_or_insert(End::Duration);
         }
     }
 
     fn rate_hz(&self) -> Option<f64> {
-        self.reader.form()?.rate_hz
+        self.form.as_ref()?.rate_hz
     }
 
     /// Writes a whole line.
     fn write(&mut self, line: &[u8]) {
         let preamble = std::mem::take(&mut self.preamble);
-        self.text.extend_from_slice(preamble.as_bytes());
-        self.text.extend_from_slice(line);
+        self.output.lines.extend_from_slice(preamble.as_bytes());
+        self.output.lines.extend_from_slice(line);
     }
 
     /// Writes a line that is no row, or a part of a line.
@@ -409,20 +532,18 @@ impl Recorder {
         let count = self.counts.rejected;
         if count.is_power_of_two() {
             let line = text.chars().take(QUOTED).collect();
-            self.say(Event::Rejected { count, line });
+            self.report(Event::Rejected { count, line });
         }
         self.write(format!("# rejected: {text}\n").as_bytes());
     }
 
     /// Lines whose format is not known are of another start, but for those that are kept.
     fn drop_held(&mut self, keeps: impl Fn(&Line) -> bool) {
-        if !self.is_writing {
-            self.waiting.retain(keeps);
-            self.reader = reader(&self.args, self.args.board.columns.clone());
-            for line in &self.waiting {
-                // Too few to be no recording.
-                let _ = self.reader.push(&line.in_file());
-            }
+        if self.form.is_none() {
+            self.reader = reader(&self.options, self.options.columns.clone());
+            self.unread.clear();
+            let held = std::mem::take(&mut self.waiting);
+            held.into_iter().filter(keeps).for_each(|line| self.add(line));
         }
     }
 
@@ -441,13 +562,13 @@ impl Recorder {
         };
         let error = no_rows(&port.name, &port.received);
         let hint = error.hint().unwrap_or_default().to_owned();
-        if !self.args.board.wait {
+        if !self.options.waits {
             return Err(error.with_hint(format!("{hint}; --wait waits without end")));
         }
         if port.said.as_ref() != Some(&hint) {
             let text = format!("{}; {hint}", error.message());
             port.said = Some(hint);
-            self.say(Event::Warning { text });
+            self.warn(text);
         }
         Ok(())
     }
@@ -464,7 +585,7 @@ impl Recorder {
             let duration_s = now_s - port.last_bytes_s.unwrap_or(port.opened_s);
             port.is_silent = duration_s >= max_s;
             if port.is_silent {
-                self.say(Event::Silent { duration_s });
+                self.report(Event::Silent { duration_s });
             }
         }
     }
@@ -472,20 +593,19 @@ impl Recorder {
     // Settings.
 
     fn settings_are(&mut self, now_s: f64, settings: &Settings) {
-        let is_met = self.args.board.wanted.is_met_by(settings);
+        let is_met = self.options.wanted.is_met_by(settings);
         if !self.is_set {
             self.is_set = is_met;
             // Rows are waited for from now on.
             if let Some(port) = self.port.as_mut().filter(|_| is_met) {
                 port.opened_s = now_s;
             }
-        } else if !self.is_writing {
+        } else if self.form.is_none() {
             // Rows before are of another start, or have no header.
             self.drop_held(Line::is_comment);
         } else if !is_met {
             let text = "the board was reset and has other settings than those asked for";
-            let text = text.to_owned();
-            self.say(Event::Warning { text });
+            self.warn(text.to_owned());
         }
     }
 
@@ -499,7 +619,7 @@ impl Recorder {
             _ if port.received.is_empty() && is_due => self.report_no_rows(),
             None if !port.received.is_empty() && now_s - port.opened_s >= COMMAND_S => {
                 port.sent_s = Some(now_s);
-                self.commands += &self.args.board.wanted.commands();
+                self.output.commands += &self.options.wanted.commands();
                 Ok(())
             }
             Some(sent_s) if now_s - sent_s >= NO_ROWS_S => {
@@ -512,28 +632,65 @@ impl Recorder {
     }
 }
 
-/// A reader of the file.
-fn reader(args: &Args, columns: Option<ColumnsSpec>) -> Follow {
+/// A reader of the file, which holds no rows.
+fn reader(recorder: &RecorderOptions, columns: Option<ColumnsSpec>) -> Follow {
     let options = ReadOptions {
         columns,
         ..ReadOptions::default()
     };
-    Follow::new(&args.file().display().to_string(), options, JUDGED_ROWS)
+    Follow::new(&recorder.name, options, 0)
 }
 
-/// The error of rows that cannot be read as those before.
-fn unreadable(error: &Error) -> Error {
-    let (code, what) = match error.code() {
-        "header-differs" => (
-            "columns-changed",
-            "the board sends rows of other columns or units than before",
-        ),
-        _ => ("unreadable-rows", "the rows cannot be read any more"),
+const UNREADABLE_HINT: &str = "the rows up to here are in the file; record the rest into another one, or set the board as it was (--format, --range)";
+
+fn unreadable(why: &str) -> Error {
+    let text = format!("the rows cannot be read any more ({why}): the recording ends");
+    Error::device("unreadable-rows", text).with_hint(UNREADABLE_HINT)
+}
+
+fn columns_changed(line: &str) -> Error {
+    let line: String = shown(line).chars().take(QUOTED).collect();
+    let text = format!(
+        "the board sends rows of other columns or units than before ({line:?}): the recording ends"
+    );
+    Error::device("columns-changed", text).with_hint(UNREADABLE_HINT)
+}
+
+/// Why the last bytes of `port` are no rows, as an error.
+fn no_rows(port: &str, bytes: &[u8]) -> Error {
+    let text = String::from_utf8_lossy(bytes);
+    let is_unreadable = |c: &char| {
+        *c == char::REPLACEMENT_CHARACTER
+            || c.is_control() && !matches!(c, '\r' | '\n' | '\t' | '\u{1b}')
     };
-    let text = format!("{what} ({}): the recording ends", error.message());
-    Error::device(code, text).with_hint(
-        "the rows up to here are in the file; record the rest into another one, or set the board as it was (--format, --range)",
-    )
+    let unreadable = text.chars().filter(is_unreadable).count();
+    let (code, text, hint) = if bytes.is_empty() {
+        (
+            "board-silent",
+            format!("{port} is open, but nothing arrives: does the board have a sketch?"),
+            "check that it is the right port (gravical ports), and that its sketch prints rows, as firmware/mpu6050_logger does",
+        )
+    } else if unreadable as f64 > MAX_UNREADABLE * text.chars().count() as f64 {
+        (
+            "no-samples-from-board",
+            format!(
+                "what {port} sends is no text: the baud rate of the board is another one, or it has no sketch"
+            ),
+            "give the baud rate of the sketch: --baud 9600 or 57600, for example",
+        )
+    } else {
+        // What follows the last end of a line is a part of one.
+        let whole = text.rfind(['\r', '\n']).map_or(&*text, |end| &text[..end]);
+        let line = whole.trim_end().rsplit(['\r', '\n']).next();
+        let line = shown(line.unwrap_or_default().trim()).into_owned();
+        let line: String = line.chars().take(QUOTED).collect();
+        (
+            "no-samples-from-board",
+            format!("{port} sends text that is no row of a sensor: {line:?}"),
+            "a row has at least three numbers, as firmware/mpu6050_logger prints them; --columns names what they are",
+        )
+    };
+    Error::device(code, text).with_hint(hint)
 }
 
 #[cfg(test)]
@@ -549,8 +706,8 @@ mod tests {
     }
 
     impl Bench {
-        fn new(args: Args) -> Self {
-            let mut recorder = Recorder::new(args, 0.0, b"").unwrap();
+        fn new(options: RecorderOptions) -> Self {
+            let mut recorder = Recorder::new(options, 0.0, b"").unwrap();
             recorder.opened(0.0, "port", None, String::new());
             recorder.bytes(0.0, b"\nt_ms,ax,ay,az\n").unwrap();
             Bench {
@@ -563,9 +720,9 @@ mod tests {
 
         fn pass(&mut self, s: f64) {
             self.now_s += s;
-            self.recorder.tick(self.now_s).unwrap();
-            let text = std::mem::take(&mut self.recorder.text);
-            self.text += std::str::from_utf8(&text).unwrap();
+            self.recorder.bytes(self.now_s, b"").unwrap();
+            let output = self.recorder.take();
+            self.text += std::str::from_utf8(&output.lines).unwrap();
         }
 
         fn rows(&mut self, rows: u32) {
@@ -586,9 +743,9 @@ mod tests {
 
     #[test]
     fn a_silence_is_a_gap_if_rows_are_missing_and_a_duration_ends_in_it() {
-        let mut bench = Bench::new(Args {
-            duration: Some(20.0),
-            ..Args::default()
+        let mut bench = Bench::new(RecorderOptions {
+            duration_s: Some(20.0),
+            ..RecorderOptions::default()
         });
         bench.rows(150);
         bench.pass(4.0);
@@ -623,7 +780,7 @@ mod tests {
         const SETTINGS: &str = "# gravical mpu6050_logger 1.2, MPU6050, accelerometer +-2 g, gyroscope +-250 deg/s, low-pass 44 Hz, rate 100.00 Hz, format 0\n";
         // It is silent, or it says who it is.
         for (silence_s, lines) in [(1.8, ""), (0.1, SETTINGS)] {
-            let mut bench = Bench::new(Args::default());
+            let mut bench = Bench::new(RecorderOptions::default());
             bench.recorder.drop_held(|_| false);
             bench.rows(20);
             bench.pass(silence_s);
@@ -655,7 +812,7 @@ mod tests {
         ];
         let mut random = 1_u64;
         for start in ["", "t,ax,ay,az\n", "ax;ay;az\n"] {
-            let mut bench = Bench::new(Args::default());
+            let mut bench = Bench::new(RecorderOptions::default());
             bench.recorder.bytes(0.0, start.as_bytes()).unwrap();
             bench.rows(130);
             for _ in 0..3000 {

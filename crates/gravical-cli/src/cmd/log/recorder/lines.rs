@@ -1,7 +1,8 @@
 //! Bytes of the board to lines, and what is put before a line in the file: nothing, the time of arrival
 //! where the board sends no time, a mark where the user names the columns.
 
-use gravical::recording::Form;
+use gravical::escape::shown;
+use gravical::recording::{Form, LineKind};
 
 /// A longer line is no row of a board: it is passed on in pieces.
 const MAX_LINE: usize = 4096;
@@ -27,15 +28,16 @@ impl Splitter {
     /// received.
     pub fn push(&mut self, bytes: &[u8]) -> Vec<(Vec<u8>, bool)> {
         let mut lines = Vec::new();
-        for byte in bytes {
-            let is_end = *byte == b'\n';
-            if !is_end {
-                self.partial.push(*byte);
-            }
-            if is_end || self.partial.len() == MAX_LINE {
-                let line = std::mem::take(&mut self.partial);
-                let line = line.strip_suffix(b"\r").unwrap_or(&line).to_vec();
-                lines.push((line, std::mem::replace(&mut self.is_synced, is_end)));
+        for piece in bytes.split_inclusive(|byte| *byte == b'\n') {
+            for piece in piece.chunks(MAX_LINE) {
+                self.partial.extend_from_slice(piece);
+                let is_end = piece.ends_with(b"\n");
+                if is_end || self.partial.len() >= MAX_LINE {
+                    let mut line = std::mem::take(&mut self.partial);
+                    line.truncate(line.len() - usize::from(is_end));
+                    line.pop_if(|last| *last == b'\r');
+                    lines.push((line, std::mem::replace(&mut self.is_synced, is_end)));
+                }
             }
         }
         lines
@@ -63,10 +65,61 @@ impl Line {
         self.text.starts_with(b"#")
     }
 
-    /// The line as it stands in the file.
+    /// The line as it stands in the file. Noise in a comment is escaped: it could be taken for another
+    /// encoding of the file.
     pub fn in_file(&self) -> Vec<u8> {
+        if self.is_comment() {
+            let text = String::from_utf8_lossy(&self.text);
+            return format!("{}\n", shown(&text)).into_bytes();
+        }
         [self.prefix.as_bytes(), &self.text, b"\n"].concat()
     }
+}
+
+/// A line that names other columns, unless it is noise: rows that fit it have to follow.
+pub struct OtherHeader {
+    delimiter: u8,
+    fields: usize,
+    /// Rows that fit it.
+    pub rows: u32,
+    /// The line itself and those below it.
+    pub lines: Vec<(Line, LineKind)>,
+}
+
+impl OtherHeader {
+    pub fn new(line: Line) -> Self {
+        let count = |delimiter: &u8| split(&line.text, *delimiter).count();
+        let delimiter = b"\t,; ".iter().copied().max_by_key(count);
+        let delimiter = delimiter.unwrap_or(b',');
+        OtherHeader {
+            delimiter,
+            fields: count(&delimiter),
+            rows: 0,
+            lines: vec![(line, LineKind::Rejected)],
+        }
+    }
+
+    /// Whether the line is a row of these columns; none for a comment and a blank line, which may stand
+    /// between header and rows.
+    pub fn is_row(&self, line: &Line) -> Option<bool> {
+        if line.is_comment() || line.text.is_empty() {
+            return None;
+        }
+        let is_number = |cell: &[u8]| {
+            let cell = String::from_utf8_lossy(cell).replace(',', ".");
+            cell.trim().is_empty() || cell.trim().parse::<f64>().is_ok()
+        };
+        let mut cells = split(&line.text, self.delimiter);
+        Some(
+            split(&line.text, self.delimiter).count() == self.fields && cells.all(is_number),
+        )
+    }
+}
+
+/// Fields of a line; several blanks are one.
+fn split(line: &[u8], delimiter: u8) -> impl Iterator<Item = &[u8]> {
+    let cells = line.split(move |byte| *byte == delimiter);
+    cells.filter(move |cell| delimiter != b' ' || !cell.is_empty())
 }
 
 /// What is put before the lines of a board.
@@ -74,7 +127,7 @@ pub struct Prefixes {
     /// The board sends a time.
     pub has_clock: bool,
     /// What parts the columns; none for lines of words.
-    delimiter: Option<u8>,
+    pub delimiter: Option<u8>,
     /// The user names the columns: a header of the board is a comment.
     is_named: bool,
     /// When the first line arrived, s, and the time of day at the time zero, s (UTC).
@@ -123,7 +176,8 @@ impl Prefixes {
 
     /// What stands before a line that arrived at `at_s`.
     pub fn before(&mut self, line: &[u8], at_s: f64) -> String {
-        if line.is_empty() || line.starts_with(b"#") {
+        let is_unchanged = self.has_clock && !self.is_named;
+        if is_unchanged || line.is_empty() || line.starts_with(b"#") {
             return String::new();
         }
         let since_s = at_s - *self.from_s.get_or_insert(at_s);

@@ -1,16 +1,11 @@
 //! Events of a recording, for scripts and in words.
 
 use gravical::core::matrix3::norm;
-use gravical::escape::shell_word;
-use gravical::inspect::Inspection;
-use gravical::numfmt::count;
 use gravical::poses::face::Face;
-use gravical::recording::{AccelScale, Finding, Recording};
-use gravical_report::document::Detail;
-use gravical_report::report;
+use gravical::recording::{AccelScale, Recording};
 use serde::Serialize;
 
-use super::gap::Gap;
+use super::gaps::Gap;
 
 /// Magnitude and direction are means over this time, s.
 const RECENT_S: f64 = 0.5;
@@ -43,16 +38,12 @@ pub enum Event {
     Rejected { count: u64, line: String },
     /// Rows are missing; the gap is named in the file.
     Gap(Gap),
-    /// Something is odd in the samples: an axis is frozen, a limit of the range is reached.
-    Finding(Finding),
     /// Something to do, or to know.
     Warning { text: String },
     /// The port is lost; what the system says.
     Lost { text: String },
     /// The board sends nothing.
     Silent { duration_s: f64 },
-    /// The end.
-    Ended(Box<Ended>),
 }
 
 /// How many lines went where.
@@ -80,22 +71,6 @@ pub enum End {
     User,
 }
 
-/// What was recorded.
-#[derive(Debug, Clone, Serialize)]
-pub struct Ended {
-    /// The file.
-    pub file: String,
-    /// Why it ended; none after an error.
-    pub reason: Option<End>,
-    /// Since the first row, without pauses, s.
-    pub elapsed_s: f64,
-    #[serde(flatten)]
-    pub counts: Counts,
-    /// What `inspect` says of the file; none of a long file, and of one that cannot be read as
-    /// a recording.
-    pub inspection: Option<Inspection>,
-}
-
 impl Event {
     /// The message for people, a warning with `!` before it; none where it needs none.
     pub fn words(&self, keyboard: bool) -> Option<String> {
@@ -116,40 +91,14 @@ impl Event {
                 format!("! {count} lines so far are no rows; the last of them: {line:?}")
             }
             Event::Gap(gap) => format!("! {}", gap.line().trim_start_matches("# ")),
-            Event::Finding(finding) => format!("! {}: {}", finding.kind, finding.message),
             Event::Lost { text } => format!(
                 "! the port is lost ({text}); plug the board in again, the recording resumes by itself"
             ),
             Event::Silent { duration_s } => {
                 format!("! the board has sent nothing for {duration_s:.0} s")
             }
-            Event::Ended(ended) if ended.counts.rows > 0 => ended.words(),
-            Event::Status(_) | Event::Ended(_) => return None,
+            Event::Status(_) => return None,
         })
-    }
-}
-
-impl Ended {
-    /// The counts, and what `gravical inspect` says of the file.
-    fn words(&self) -> String {
-        let (file, counts) = (&self.file, &self.counts);
-        let mut text = format!("{file}: {} rows in {:.1} s", counts.rows, self.elapsed_s);
-        for (n, what) in [
-            (counts.rejected, "rejected line"),
-            (counts.gaps, "gap"),
-            (counts.missing, "missing row"),
-        ] {
-            if n > 0 {
-                text += &format!(", {}", count(n, what));
-            }
-        }
-        match &self.inspection {
-            Some(inspection) => {
-                let document = report::inspection(inspection, &[]);
-                format!("{text}\n\n{}", document.to_text(Detail::Full))
-            }
-            None => format!("{text}\nNext: gravical inspect {}", shell_word(file)),
-        }
     }
 }
 

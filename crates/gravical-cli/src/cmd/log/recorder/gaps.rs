@@ -26,6 +26,8 @@ pub enum Cause {
     Silent,
     /// The clock of the board jumped.
     Lost,
+    /// The board sent faster than the computer took the bytes.
+    Overflow,
     /// The recording had ended and was continued.
     Continued,
 }
@@ -37,6 +39,8 @@ pub struct Gap {
     pub cause: Cause,
     /// Rows that are missing by the clock of the board; none where it does not tell.
     pub rows: Option<u64>,
+    /// Bytes that the computer received and had no room for.
+    pub dropped_bytes: u64,
     /// Time without a row, s: by the clock of the board, else by that of the computer.
     pub duration_s: f64,
     /// The clock of the board restarted.
@@ -51,13 +55,17 @@ impl Gap {
             Cause::Reset => "the board was reset",
             Cause::Silent => "the board sent nothing",
             Cause::Lost => "rows were lost on the way from the board",
+            Cause::Overflow => "the board sent faster than the disk took",
             Cause::Continued => return "# gap: the recording was ended and continued".to_owned(),
         };
-        let rows = match self.rows {
+        let mut rows = match self.rows {
             Some(1) => "1 row is missing".to_owned(),
             Some(n) => format!("{n} rows are missing"),
             None => "an unknown number of rows is missing".to_owned(),
         };
+        if self.dropped_bytes > 0 {
+            rows += &format!(", {} bytes were dropped", self.dropped_bytes);
+        }
         let clock = if self.clock_restarts {
             ", the clock of the board restarts"
         } else {
@@ -74,6 +82,7 @@ pub struct Gaps {
     cause: Option<Cause>,
     /// Lines that were rejected: they were rows.
     pub rejected: u64,
+    dropped_bytes: u64,
     last_s: Option<f64>,
     last_stamp: Option<f64>,
     /// Steps of the clock between the last rows.
@@ -84,6 +93,24 @@ impl Gaps {
     /// Rows are missing from here on.
     pub fn open(&mut self, cause: Cause) {
         self.cause.get_or_insert(cause);
+    }
+
+    /// Bytes were received and had no room.
+    pub fn overflow(&mut self, bytes: u64) {
+        self.open(Cause::Overflow);
+        self.dropped_bytes += bytes;
+    }
+
+    /// The gap at the end of a recording, behind which no row is: bytes that had no room.
+    pub fn at_end(&mut self, now_s: f64) -> Option<Gap> {
+        let dropped_bytes = std::mem::take(&mut self.dropped_bytes);
+        (dropped_bytes > 0).then(|| Gap {
+            cause: self.cause.take().unwrap_or(Cause::Overflow),
+            rows: None,
+            dropped_bytes,
+            duration_s: now_s - self.last_s.unwrap_or(now_s),
+            clock_restarts: false,
+        })
     }
 
     /// A pause ends, whose rows are not missing. Those that follow are, where the port is away.
@@ -120,6 +147,7 @@ impl Gaps {
         Some(Gap {
             cause,
             rows,
+            dropped_bytes: std::mem::take(&mut self.dropped_bytes),
             duration_s: by_clock_s.unwrap_or(silence_s),
             clock_restarts,
         })
