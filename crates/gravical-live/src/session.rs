@@ -41,8 +41,8 @@ const RUN_S: f64 = 40.0;
 const MAX_NOISE_AT_REST: f64 = 0.035;
 /// A gyroscope of 16 bits and ±250 °/s.
 const FINE_COUNTS_PER_DEG_S: f64 = 131.0;
-/// Rows of a capture at least.
-const MIN_ROWS: usize = 50;
+/// Rows of a capture at least: a variance of fewer says little.
+const MIN_ROWS: usize = 5;
 /// A capture that is interrupted earlier was none, share of its length.
 const MIN_PROGRESS: f64 = 0.15;
 /// A pose this much warmer or colder than the first is refused, °C.

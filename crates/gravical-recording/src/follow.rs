@@ -137,7 +137,7 @@ impl Follow {
     }
 
     fn read_samples(&mut self, bytes: &[u8]) -> Result<Vec<Sample>> {
-        let mut samples = self.take(bytes)?;
+        let mut samples = self.take(bytes, false)?;
         if let Some(opened) = &mut self.opened {
             let text = opened.complete_rows(&mut self.bytes);
             samples.append(&mut opened.read(&text, self.max_rows)?);
@@ -159,9 +159,9 @@ impl Follow {
     }
 
     fn read_lines(&mut self, bytes: &[u8], is_last: bool) -> Result<Vec<LineKind>> {
-        self.take(bytes)?;
+        self.take(bytes, true)?;
         if self.opened.is_none() && is_last {
-            self.open(true)?;
+            self.open(true, true)?;
         }
         let Some(opened) = &mut self.opened else {
             return Ok(Vec::new());
@@ -173,7 +173,8 @@ impl Follow {
     }
 
     /// Adds the bytes to those that wait. Returns the first samples, once the format is known.
-    fn take(&mut self, bytes: &[u8]) -> Result<Vec<Sample>> {
+    /// `reads_on`: also behind a header of other columns.
+    fn take(&mut self, bytes: &[u8], reads_on: bool) -> Result<Vec<Sample>> {
         let mut samples = Vec::new();
         let mut rest = bytes;
         while self.opened.is_none()
@@ -184,7 +185,7 @@ impl Follow {
             self.lines += 1;
             if self.lines.is_multiple_of(LOOK_LINES) {
                 let is_last = self.lines >= MAX_LINES;
-                match self.open(is_last) {
+                match self.open(is_last, reads_on) {
                     Err(error) if is_last => return Err(error),
                     first => samples = first.ok().flatten().unwrap_or_default(),
                 }
@@ -207,13 +208,17 @@ impl Follow {
     }
 
     /// Detects the format from the lines so far; `None` if these are too few, unless they are the last.
-    fn open(&mut self, is_last: bool) -> Result<Option<Vec<Sample>>> {
+    fn open(&mut self, is_last: bool, reads_on: bool) -> Result<Option<Vec<Sample>>> {
         let head = String::from_utf8_lossy(&self.bytes).replace('\0', "");
         let file = Path::new(&self.name).file_name().unwrap_or_default();
         let format = sniff(&head, &file.to_string_lossy(), &self.options)?;
         let mut parser = Parser::new(&format, &[]);
         let whole = complete_rows(&format, Heading::default(), &self.bytes);
-        parser.read(&self.bytes[..whole])?;
+        let others = if reads_on {
+            parser.read_on(&self.bytes[..whole])
+        } else {
+            parser.read(&self.bytes[..whole]).map(|()| Vec::new())?
+        };
         let rows = parser.take();
         let recording = Recording::judge(&format, rows.clone())?;
         if !is_last && !is_enough(&recording) {
@@ -235,7 +240,7 @@ impl Follow {
             line_count: 0,
         });
         self.bytes.drain(..whole);
-        opened.note_lines(&rows);
+        opened.note_lines(&rows, &others);
         opened.rows = rows;
         Ok(Some(opened.samples(&recording)))
     }
@@ -249,7 +254,7 @@ impl Follow {
         if self.opened.is_some() {
             return Ok(Vec::new());
         }
-        let first = self.open(true).map(Option::unwrap_or_default);
+        let first = self.open(true, false).map(Option::unwrap_or_default);
         first.map_err(|e| e.in_file(Path::new(&self.name)))
     }
 
@@ -346,11 +351,7 @@ impl Opened {
     fn parse(&mut self, text: &[u8]) {
         let others = self.parser.read_on(text);
         let new = self.parser.take();
-        let before = self.line_count - self.lines.len();
-        self.note_lines(&new);
-        for line in others {
-            self.lines[line - before - 1] = LineKind::OtherHeader;
-        }
+        self.note_lines(&new, &others);
         self.rows.append(new);
     }
 
@@ -361,7 +362,7 @@ impl Opened {
         }
     }
 
-    fn note_lines(&mut self, batch: &Rows) {
+    fn note_lines(&mut self, batch: &Rows, others: &[usize]) {
         let before = self.line_count - self.lines.len();
         self.line_count = self.line_count.max(batch.ledger.lines);
         self.lines.resize(self.line_count - before, LineKind::Other);
@@ -371,6 +372,9 @@ impl Opened {
                 *noted = kind;
             }
         };
+        for line in others {
+            note(*line as u64, LineKind::OtherHeader);
+        }
         for (row, line) in batch.lines.iter().enumerate() {
             let stamp = self.clock.map_or(f64::NAN, |c| batch.columns[c][row]);
             note(u64::from(*line), LineKind::Row(stamp));
@@ -386,7 +390,7 @@ impl Opened {
     fn read(&mut self, text: &[u8], max_rows: usize) -> Result<Vec<Sample>> {
         let read = self.parser.read(text);
         let new = self.parser.take();
-        self.note_lines(&new);
+        self.note_lines(&new, &[]);
         let has_new = new.rows() > 0;
         self.rows.append(new);
         let known = self

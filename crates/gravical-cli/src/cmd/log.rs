@@ -101,7 +101,12 @@ impl BoardArgs {
     /// # Errors
     ///
     /// Those of the options, of the file and of the port.
-    pub fn record(&self, file: LogFile, rows: Option<u64>, duration_s: Option<f64>) -> Result<Recording> {
+    pub fn record(
+        &self,
+        file: LogFile,
+        rows: Option<u64>,
+        duration_s: Option<f64>,
+    ) -> Result<Recording> {
         let options = RecorderOptions {
             name: file.path().display().to_string(),
             columns: self.columns.clone(),

@@ -124,10 +124,16 @@ impl Board {
         }
     }
 
-    /// A row, or a part of it if nobody reads.
-    pub fn try_row(&mut self) {
+    /// The same, passed on at once.
+    pub fn many_rows(&mut self, n: u32) {
+        let rows: String = (0..n).map(|_| self.row()).collect();
+        self.say(&rows);
+    }
+
+    /// A row, or a part of it if nobody reads: then false.
+    pub fn try_row(&mut self) -> bool {
         let row = self.row();
-        self.has_sent(row.as_bytes());
+        self.has_sent(row.as_bytes())
     }
 
     /// A row of which only these bytes arrive.

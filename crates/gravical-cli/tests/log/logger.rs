@@ -55,7 +55,11 @@ pub struct Logger {
 impl Logger {
     /// Runs `gravical` with the words of `line`, and reads its events.
     pub fn start(folder: &Path, line: &str) -> Self {
-        let mut command = program(folder, line);
+        Self::start_with(program(folder, line))
+    }
+
+    /// Runs a command, and reads its events.
+    pub fn start_with(mut command: Command) -> Self {
         Self::of(command.stdin(Stdio::null()).stderr(Stdio::piped()))
     }
 
@@ -122,7 +126,7 @@ impl Logger {
                 panic!("waited for {what}; events: {:#?}", self.seen);
             };
             let event: Value = serde_json::from_str(&line).expect(&line);
-            assert_eq!(event["v"], 1);
+            assert_eq!(event["v"], 1, "{event}");
             self.seen.push(event.clone());
             if is(&event) {
                 return event;

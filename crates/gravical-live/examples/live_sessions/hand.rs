@@ -69,6 +69,7 @@ pub struct Hand {
     sensor: InteractiveSensor,
     session: Session,
     clumsiness: Clumsiness,
+    rate_hz: f64,
     now_s: f64,
     text: String,
     messages: Vec<Message>,
@@ -76,6 +77,10 @@ pub struct Hand {
 
 impl Hand {
     pub fn new(seed: u64, clumsiness: Clumsiness) -> Self {
+        Self::at_rate(seed, clumsiness, 100.0)
+    }
+
+    pub fn at_rate(seed: u64, clumsiness: Clumsiness, rate_hz: f64) -> Self {
         let [warms, tilts] = [Clumsiness::Warming, Clumsiness::Tilted].map(|c| c == clumsiness);
         let sensor = SensorOptions {
             temperature_rise_c: if warms { 2.5 } else { 0.3 },
@@ -84,6 +89,7 @@ impl Hand {
         };
         let options = SimulateOptions {
             seed,
+            rate_hz,
             tilt_sd_deg: if tilts { 4.0 } else { 1.0 },
             sensor,
             ..SimulateOptions::default()
@@ -101,6 +107,7 @@ impl Hand {
             sensor: InteractiveSensor::new(&options).unwrap(),
             session,
             clumsiness,
+            rate_hz,
             now_s: 0.0,
             text,
             messages: Vec::new(),
@@ -113,15 +120,19 @@ impl Hand {
         let mut out = Vec::new();
         while self.now_s < end_s {
             let mut chunk = String::new();
-            for _ in 0..10 {
+            for _ in 0..(0.1 * self.rate_hz).ceil() as u32 {
                 let reading = self.sensor.at(self.now_s);
                 let lost = self.clumsiness == Clumsiness::LostRows && self.rng.random_bool(0.02);
                 if !lost {
                     chunk += &reading.row((1e3 * self.now_s).round() as u64, DECIMALS);
                 }
-                self.now_s += 0.01;
+                self.now_s += 1.0 / self.rate_hz;
             }
             out.extend(self.session.bytes(chunk.as_bytes()).unwrap());
+            if self.rate_hz < 100.0 {
+                // As the program does with a board.
+                out.extend(self.session.settle_format().unwrap_or_default());
+            }
             self.text += &chunk;
         }
         self.messages.extend(out.clone());

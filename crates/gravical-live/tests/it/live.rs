@@ -97,6 +97,17 @@ fn reach_a_good_result(sessions: std::ops::Range<u64>) {
     }
 }
 
+/// Holds are judged by time: a slow board is guided as fast as any other.
+#[test]
+fn a_board_with_five_rows_a_second_is_guided() {
+    let ended = Hand::at_rate(1, Clumsiness::None, 5.0).run();
+    assert_eq!(rejections(&ended.messages), []);
+    let poses = accepted(&ended.messages);
+    assert_eq!(poses.iter().filter(|pose| *pose != "free").count(), 6);
+    let [rms, worst] = ended.norm_error_mg().unwrap();
+    assert!(rms < 1.5 && worst < 5.0, "{rms} {worst}");
+}
+
 #[test]
 fn a_bump_a_repeat_and_a_lean_are_rejected_and_can_be_taken() {
     let mut hand = begun();

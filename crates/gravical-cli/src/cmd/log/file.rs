@@ -6,6 +6,7 @@ use std::path::{Path, PathBuf};
 
 use gravical::escape::path_text;
 use gravical::live::folder::JOURNAL;
+use gravical::numfmt::count;
 use gravical::output::is_special;
 use gravical::targets::check_targets;
 use gravical::{Error, Result};
@@ -46,8 +47,9 @@ pub struct LogFile {
     length: u64,
     /// Beginning of the file that is continued.
     before: Vec<u8>,
-    /// It cannot be written: it ends with the last whole line.
+    /// It cannot be written: it ends with the last whole line. Rows that are lost by that.
     has_failed: bool,
+    pub lost_rows: u64,
 }
 
 impl LogFile {
@@ -99,6 +101,7 @@ impl LogFile {
             length: 0,
             before: Vec::new(),
             has_failed: false,
+            lost_rows: 0,
         };
         if file.existing.append {
             file.read_before().map_err(|e| Error::io(path, e))?;
@@ -211,9 +214,9 @@ impl LogFile {
 
     fn failed(&mut self, why: &io::Error) -> Error {
         self.has_failed = true;
+        let lost = count(self.lost_rows, "row");
         let text = format!(
-            "{why}: the recording has ended; the {} bytes before are whole lines, and stay",
-            self.length
+            "{why}: the recording has ended; {lost} could not be written, those before are in the file"
         );
         Error::io(&self.path, io::Error::new(why.kind(), text)).with_hint(
             "make room on this disk and go on with --append, or record to another disk with -o",
@@ -227,15 +230,33 @@ impl LogFile {
         }
     }
 
-    /// All of the lines, or nothing.
+    /// Writes as many whole lines as there is room for.
     fn append(&mut self, lines: &[u8]) -> io::Result<()> {
-        if let Err(e) = self.file.write_all(lines) {
+        let mut rest = lines;
+        let done = loop {
+            match self.file.write(rest) {
+                _ if rest.is_empty() => break Ok(()),
+                Ok(n) if n > 0 => rest = &rest[n..],
+                Ok(_) => break Err(io::ErrorKind::WriteZero.into()),
+                Err(e) if e.kind() == io::ErrorKind::Interrupted => {}
+                Err(e) => break Err(e),
+            }
+        };
+        let written = &lines[..lines.len() - rest.len()];
+        let whole = written
+            .iter()
+            .rposition(|b| *b == b'\n')
+            .map_or(0, |at| at + 1);
+        self.length += whole as u64;
+        if done.is_err() {
             // A device has no length.
             let _ = self.file.set_len(self.length);
-            return Err(e);
+            let lost = lines[whole..].split(|b| *b == b'\n');
+            self.lost_rows = lost
+                .filter(|line| !line.is_empty() && !line.starts_with(b"#"))
+                .count() as u64;
         }
-        self.length += lines.len() as u64;
-        Ok(())
+        done
     }
 
     /// Looks whether the file is still there. One that is gone lives as long as it is open: it is copied.

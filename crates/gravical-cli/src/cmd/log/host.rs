@@ -51,7 +51,7 @@ pub struct Queue {
     inputs: Sender<Input>,
     waiting: Arc<AtomicU64>,
     max_waiting: u64,
-    /// Bytes that had no room.
+    /// Bytes that had no room. More are dropped until there is some, so that one gap is named, not many.
     dropped: u64,
 }
 
@@ -68,7 +68,9 @@ impl Queue {
     /// Passes on what was read; false once nobody takes it.
     pub fn send(&mut self, read: io::Result<Vec<u8>>) -> bool {
         let length = read.as_ref().map_or(0, Vec::len) as u64;
-        if self.waiting.load(Ordering::Acquire) + length > self.max_waiting {
+        let share = if self.dropped > 0 { 2 } else { 1 };
+        let has_room = self.waiting.load(Ordering::Acquire) + length <= self.max_waiting / share;
+        if read.is_ok() && !has_room {
             self.dropped += length;
             return true;
         }
@@ -111,7 +113,12 @@ impl Recording {
     /// # Errors
     ///
     /// Those of the options, of the file and of the port.
-    pub fn start(port: Option<String>, baud: u32, options: RecorderOptions, file: LogFile) -> Result<Self> {
+    pub fn start(
+        port: Option<String>,
+        baud: u32,
+        options: RecorderOptions,
+        file: LogFile,
+    ) -> Result<Self> {
         let now = SystemTime::now().duration_since(SystemTime::UNIX_EPOCH);
         let day_s = now.map_or(0.0, |now| now.as_secs_f64() % 86_400.0);
         let (inputs, incoming) = channel();
@@ -138,7 +145,11 @@ impl Recording {
             }
             writer.report_missing(&error);
         }
-        let port = writer.target.as_ref().map(|target| target.name.clone()).or(port);
+        let port = writer
+            .target
+            .as_ref()
+            .map(|target| target.name.clone())
+            .or(port);
         let writer = std::thread::spawn(move || writer.run(&incoming));
         Ok(Recording {
             inputs,
@@ -197,11 +208,15 @@ impl Writer {
         let mut done = self.record(inputs);
         let is_unplugged = self.serial.take().is_none();
         // Also after an error, what the recorder passed on before is written.
-        done = done.and_then(|()| self.write()).and_then(|()| self.file.sync());
+        done = done
+            .and_then(|()| self.write())
+            .and_then(|()| self.file.sync());
+        let mut counts = self.recorder.counts;
+        counts.rows = counts.rows.saturating_sub(self.file.lost_rows);
         Ended {
             done,
             reason: self.recorder.end,
-            counts: self.recorder.counts,
+            counts,
             elapsed_s: self.recorder.elapsed_s(self.now_s),
             is_unplugged,
             is_silent: self.recorder.is_silent(),
@@ -222,16 +237,23 @@ impl Writer {
             // What the recorder passed on before an error is written, too.
             self.write().and(taken)?;
             if let (Some(discards), None) = (stop, &self.serial) {
-                return if discards { Ok(()) } else { self.recorder.finish(self.now_s) };
+                return if discards {
+                    Ok(())
+                } else {
+                    self.recorder.finish(self.now_s)
+                };
             }
-            if self.serial.is_none() && self.is_due(&mut searched_s, SEARCH_S)
+            if self.serial.is_none()
+                && self.is_due(&mut searched_s, SEARCH_S)
                 && let Err(error) = self.connect()
             {
                 self.report_missing(&error);
             }
             if self.is_due(&mut looked_s, LOOK_S) {
                 let status = self.recorder.status(self.now_s).map(Event::Status);
-                status.into_iter().for_each(|status| self.recorder.report(status));
+                status
+                    .into_iter()
+                    .for_each(|status| self.recorder.report(status));
                 self.file.write(&[])?;
             }
             if self.is_due(&mut synced_s, SYNC_S) {
@@ -260,7 +282,9 @@ impl Writer {
             self.heard = Instant::now();
             match input {
                 Input::Bytes(at, bytes) => {
-                    self.queue.waiting.fetch_sub(bytes.len() as u64, Ordering::AcqRel);
+                    self.queue
+                        .waiting
+                        .fetch_sub(bytes.len() as u64, Ordering::AcqRel);
                     bytes_left = bytes_left.saturating_sub(bytes.len());
                     self.now_s = (at - self.started).as_secs_f64();
                     self.recorder.bytes(self.now_s, &bytes)?;
@@ -334,7 +358,8 @@ impl Writer {
             gravical::calibration_file::creation_time(),
         );
         self.now_s = self.started.elapsed().as_secs_f64();
-        self.recorder.opened(self.now_s, &name, target.device.clone(), preamble);
+        self.recorder
+            .opened(self.now_s, &name, target.device.clone(), preamble);
         self.target = Some(target);
         Ok(())
     }
@@ -369,7 +394,7 @@ mod tests {
         }
         let waiting = Arc::clone(&queue.waiting);
         waiting.store(0, Ordering::Release);
-        assert!(queue.send(Ok(vec![0; 60])));
+        assert!(queue.send(Ok(vec![0; 40])));
         let taken: Vec<Input> = taken.try_iter().collect();
         assert!(matches!(
             taken[..],

@@ -251,7 +251,8 @@ impl Recorder {
             port.received.drain(..old);
             let lines = port.splitter.push(bytes);
             if now_s - last_s >= RESET_SILENCE_S && now_s - port.opened_s < RESET_S {
-                let begins_word = |line: &Line| line.text.first().is_some_and(u8::is_ascii_alphabetic);
+                let begins_word =
+                    |line: &Line| line.text.first().is_some_and(u8::is_ascii_alphabetic);
                 self.drop_held(|line| line.is_comment() || begins_word(line));
             }
             for (line, is_whole) in lines {
@@ -418,7 +419,10 @@ impl Recorder {
 
     /// Writes a line, unless it may be a header of other columns, or stands below one.
     fn decide(&mut self, line: Line, kind: LineKind) -> Result<()> {
-        let is_row = self.other_header.as_ref().map(|header| header.is_row(&line));
+        let is_row = self
+            .other_header
+            .as_ref()
+            .map(|header| header.is_row(&line));
         if let (Some(header), Some(None | Some(true))) = (&mut self.other_header, is_row) {
             header.rows += u32::from(is_row == Some(Some(true)));
             header.lines.push((line, kind));
@@ -504,7 +508,11 @@ impl Recorder {
         let elapsed_s = self.elapsed_s(now_s);
         if self.options.rows == Some(self.counts.rows) {
             self.end.get_or_insert(End::Rows);
-        } else if self.options.duration_s.is_some_and(|max_s| elapsed_s >= max_s) {
+        } else if self
+            .options
+            .duration_s
+            .is_some_and(|max_s| elapsed_s >= max_s)
+        {
             self.end.get_or_insert(End::Duration);
         }
     }
@@ -543,7 +551,9 @@ impl Recorder {
             self.reader = reader(&self.options, self.options.columns.clone());
             self.unread.clear();
             let held = std::mem::take(&mut self.waiting);
-            held.into_iter().filter(keeps).for_each(|line| self.add(line));
+            held.into_iter()
+                .filter(keeps)
+                .for_each(|line| self.add(line));
         }
     }
 

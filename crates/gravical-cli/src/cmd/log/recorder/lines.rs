@@ -110,9 +110,7 @@ impl OtherHeader {
             cell.trim().is_empty() || cell.trim().parse::<f64>().is_ok()
         };
         let mut cells = split(&line.text, self.delimiter);
-        Some(
-            split(&line.text, self.delimiter).count() == self.fields && cells.all(is_number),
-        )
+        Some(split(&line.text, self.delimiter).count() == self.fields && cells.all(is_number))
     }
 }
 
