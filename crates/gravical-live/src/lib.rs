@@ -14,6 +14,7 @@
 //! → accepted or rejected, and again, until the user finishes. Rows may stop at any time
 //! ([`Session::lost`]). [`event`] has the events and commands, `docs/live.md` describes them;
 //! [`folder`] is the folder of a session, which `gravical calibrate` accepts.
+//! [`recorder`] makes the recording from the bytes of a board; it has no clock and no I/O, either.
 //!
 //! All rows are held, up to a gigabyte of columns (40 hours at 100 Hz), and judged as a file for every
 //! calibration: it is that of [`calibrate`](gravical_calibrate::calibrate::calibrate) for the recording.
@@ -41,6 +42,7 @@ pub mod event;
 pub mod folder;
 mod options;
 mod problem;
+pub mod recorder;
 mod rest;
 mod session;
 mod words;

@@ -1,4 +1,4 @@
-//! What is refused of a session, and its sentences.
+//! What is refused of a session and of a recording, and its sentences.
 
 gravical_recording::errors! {
     "already-calibrated" input:
@@ -17,4 +17,21 @@ gravical_recording::errors! {
     "command-unknown" usage:
         NoCommand { text: String } => "\"{text}\" is no command" =>
             "port NAME; simulate; undo; redo +x; take; latitude 48.1; gravity 9.81; stop; cancel; with a simulated sensor also +x, -z, 0.6 0.6 0.5, free, shake";
+    "board-silent" device:
+        BoardSilent { port: String } => "{port} is open, but nothing arrives: does the board have a sketch?" =>
+            "check that it is the right port (gravical ports), and that its sketch prints rows, as firmware/mpu6050_logger does";
+    "no-samples-from-board" device:
+        NoText { port: String } => "what {port} sends is no text: the baud rate of the board is another one, or it has no sketch" =>
+            "give the baud rate of the sketch: --baud 9600 or 57600, for example";
+        NoSensor { port: String, line: String } => "{port} sends text that is no row of a sensor: {line:?}" =>
+            "a row has at least three numbers, as firmware/mpu6050_logger prints them; --columns names what they are";
+    "settings-refused" device:
+        NoSettings => "the board does not report the settings that were sent to it" =>
+            "upload firmware/mpu6050_logger to the board, or leave the settings out";
+    "columns-changed" device:
+        OtherColumns { line: String } => "the board sends rows of other columns or units than before ({line:?}): the recording ends" =>
+            "the rows up to here are in the file; record the rest into another one, or set the board as it was (--format, --range)";
+    "unreadable-rows" device:
+        Unreadable { why: String } => "the rows cannot be read any more ({why}): the recording ends" =>
+            "the rows up to here are in the file; record the rest into another one";
 }

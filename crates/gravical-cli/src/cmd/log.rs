@@ -3,7 +3,6 @@
 mod file;
 mod host;
 mod keys;
-mod recorder;
 mod reporter;
 
 use std::collections::BTreeSet;
@@ -15,6 +14,9 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use gravical::Result;
 use gravical::escape::shell_word;
 use gravical::inspect::{Inspection, inspect};
+use gravical::live::recorder::{
+    Counts, End, Event, Output, RecorderOptions, Status, WantedSettings,
+};
 use gravical::numfmt::count;
 use gravical::poses::face::AxisMap;
 use gravical::recording::{ColumnsSpec, Follow, ReadOptions, read};
@@ -24,16 +26,11 @@ use serde::Serialize;
 
 pub use file::{Existing, LogFile, free_path};
 pub use host::{Queue, Recording};
-pub use recorder::Output;
-pub use recorder::event::Event;
 
 use host::Ended;
 use keys::Keys;
-use recorder::RecorderOptions;
-use recorder::event::{Counts, End, Status};
 use reporter::Reporter;
 
-use crate::device::board::Wanted;
 use crate::failure;
 use crate::options::number;
 
@@ -92,7 +89,7 @@ pub struct BoardArgs {
     #[arg(long, value_name = "LIST", allow_hyphen_values = true)]
     pub columns: Option<ColumnsSpec>,
     #[command(flatten)]
-    pub wanted: Wanted,
+    pub wanted: WantedSettings,
 }
 
 impl BoardArgs {
@@ -257,7 +254,8 @@ impl Summary {
 
 /// Reports the summary.
 fn end(args: &Args, ended: Ended, reporter: &mut Reporter) -> anyhow::Result<ExitCode> {
-    let (counts, path) = (ended.counts, ended.file.path());
+    let (recorder, path) = (&ended.recorder, ended.file.path());
+    let counts = recorder.counts;
     let mut inspection = None;
     if counts.rows == 0 {
         ended.file.discard_empty();
@@ -269,21 +267,23 @@ fn end(args: &Args, ended: Ended, reporter: &mut Reporter) -> anyhow::Result<Exi
             }
         }
     }
-    let reason = ended.reason.filter(|_| ended.done.is_ok());
+    let reason = recorder.end.filter(|_| ended.done.is_ok());
+    let elapsed_s = recorder.elapsed_s(ended.now_s);
     reporter.ended(&Summary {
         file: path.display().to_string(),
         reason,
-        elapsed_s: ended.elapsed_s.min(args.duration.unwrap_or(f64::INFINITY)),
+        elapsed_s: elapsed_s.min(args.duration.unwrap_or(f64::INFINITY)),
         counts,
         inspection,
     });
     ended.done?;
+    let is_silent = recorder.is_silent();
     let is_early = args.rows.is_some() || args.duration.is_some() || counts.rows == 0;
-    let is_incomplete = is_early || ended.is_silent || ended.is_incomplete;
     Ok(ExitCode::from(match reason {
-        Some(End::User) if is_incomplete => failure::INTERRUPTED,
+        Some(End::User) if is_early || is_silent || recorder.is_incomplete => failure::INTERRUPTED,
         Some(End::Duration) if ended.is_unplugged => failure::DEVICE,
-        Some(End::Duration) if ended.is_silent => failure::INTERRUPTED,
+        Some(End::Duration) if is_silent || recorder.has_dropped => failure::INTERRUPTED,
+        Some(End::Rows) if recorder.has_dropped => failure::INTERRUPTED,
         _ => 0,
     }))
 }

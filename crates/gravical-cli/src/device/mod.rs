@@ -1,5 +1,4 @@
-//! Boards at serial ports: which there are, an open one, and the settings of our firmware.
+//! Boards at serial ports: which there are, and an open one.
 
-pub mod board;
 pub mod ports;
 pub mod serial;

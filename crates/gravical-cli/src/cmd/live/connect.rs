@@ -5,13 +5,12 @@ use std::time::Duration;
 
 use gravical::escape::path_word;
 use gravical::live::event::{Command, Event, SourceKind};
-use gravical::live::sentence;
+use gravical::live::{recorder, sentence};
 use gravical::{Category, Error, Result};
 
 use super::Args;
 use super::console::Console;
 use super::source::{Incoming, Source};
-use crate::cmd::log;
 use crate::device::ports::list;
 
 /// Time between two looks at the ports, and at what the user wants.
@@ -84,17 +83,17 @@ impl Connection<'_> {
         opened.first.bytes.extend(bytes);
         for event in events {
             match event {
-                log::Event::Opened { port: name, .. } => {
+                recorder::Event::Opened { port: name, .. } => {
                     opened.name.clone_from(&name);
                     self.args.board.port = Some(name.clone());
                     let text = format!("{name} is open: waiting for its first rows.");
                     self.console.note(Event::Connecting { name }, &text)?;
                 }
-                log::Event::Lost { .. } => {
+                recorder::Event::Lost { .. } => {
                     let text = format!("{}: unplugged before the first row", opened.name);
                     return Err(Error::device("no-such-port", text));
                 }
-                log::Event::Warning { text } | log::Event::Waiting { text } => {
+                recorder::Event::Warning { text } | recorder::Event::Waiting { text } => {
                     self.console.note(Event::Warning, &text)?;
                 }
                 _ => {}

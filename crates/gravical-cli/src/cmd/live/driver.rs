@@ -8,9 +8,9 @@ use std::time::{Duration, Instant};
 use gravical::calibrate::CalibrateOptions;
 use gravical::calibration_file::Grade;
 use gravical::escape::path_word;
-use gravical::live::Session;
 use gravical::live::event::{Command, EndReason, Event, Loss, Message, Rejection, SourceKind};
 use gravical::live::folder::{JOURNAL, Journal, RECORDING, calibrate_session};
+use gravical::live::{Session, recorder};
 use gravical::numfmt::count;
 use gravical::{Error, Result};
 use gravical_report::{figure, report};
@@ -19,7 +19,7 @@ use super::Args;
 use super::connect::OpenSource;
 use super::console::Console;
 use super::source::Incoming;
-use crate::cmd::log::{self, Existing, LogFile};
+use crate::cmd::log::{Existing, LogFile};
 use crate::failure;
 use crate::options::command_line;
 use crate::report::write_report;
@@ -156,9 +156,11 @@ impl Driver<'_> {
         self.show(messages)?;
         for event in events {
             match event {
-                log::Event::Lost { .. } => self.lost(Loss::Unplugged)?,
-                log::Event::Silent { .. } => self.lost(Loss::Silent)?,
-                log::Event::Warning { text } | log::Event::Waiting { text } => self.warn(&text)?,
+                recorder::Event::Lost { .. } => self.lost(Loss::Unplugged)?,
+                recorder::Event::Silent { .. } => self.lost(Loss::Silent)?,
+                recorder::Event::Warning { text } | recorder::Event::Waiting { text } => {
+                    self.warn(&text)?
+                }
                 _ => {}
             }
         }

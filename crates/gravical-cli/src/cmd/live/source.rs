@@ -11,13 +11,14 @@ use gravical::fit::model::sphere;
 use gravical::gravity::Gravity;
 use gravical::live::event::{Command, Event};
 use gravical::live::folder::RECORDING;
+use gravical::live::recorder::{self, Output};
 use gravical::numfmt::milli_g;
 use gravical::poses::face::Face;
 use gravical::recording::bytes::Input;
 use gravical::simulate::{InteractiveSensor, LineOptions, Reading, SimulateOptions};
 use gravical::{Error, Result};
 
-use crate::cmd::log::{self, Existing, LogFile, Output};
+use crate::cmd::log::{self, Existing, LogFile};
 
 /// Bytes of a recording that are read at once.
 const AT_ONCE: usize = 1 << 12;
@@ -38,7 +39,7 @@ const RESUMED_AFTER_S: f64 = 5.0;
 #[derive(Default)]
 pub struct Incoming {
     pub bytes: Vec<u8>,
-    pub events: Vec<log::Event>,
+    pub events: Vec<recorder::Event>,
 }
 
 /// A source of rows.

@@ -9,11 +9,10 @@ use std::thread::JoinHandle;
 use std::time::{Duration, Instant, SystemTime};
 
 use gravical::live::event::PortInfo;
+use gravical::live::recorder::{Event, Output, Recorder, RecorderOptions};
 use gravical::{Error, Result};
 
 use super::file::LogFile;
-use super::recorder::event::{Counts, End, Event};
-use super::recorder::{Output, Recorder, RecorderOptions};
 use crate::device::ports::{find_again, list, named, the_board};
 use crate::device::serial::Serial;
 
@@ -95,15 +94,12 @@ pub struct Recording {
 
 /// A recording that has ended.
 pub struct Ended {
+    pub recorder: Recorder,
     pub file: LogFile,
     pub done: Result<()>,
-    pub reason: Option<End>,
-    pub counts: Counts,
-    pub elapsed_s: f64,
+    /// Time of the last input, s.
+    pub now_s: f64,
     pub is_unplugged: bool,
-    pub is_silent: bool,
-    /// Rows are missing, or may be.
-    pub is_incomplete: bool,
 }
 
 impl Recording {
@@ -211,17 +207,14 @@ impl Writer {
         done = done
             .and_then(|()| self.write())
             .and_then(|()| self.file.sync());
-        let mut counts = self.recorder.counts;
-        counts.rows = counts.rows.saturating_sub(self.file.lost_rows);
+        let lost_rows = self.file.lost_rows;
+        self.recorder.counts.rows = self.recorder.counts.rows.saturating_sub(lost_rows);
         Ended {
-            done,
-            reason: self.recorder.end,
-            counts,
-            elapsed_s: self.recorder.elapsed_s(self.now_s),
-            is_unplugged,
-            is_silent: self.recorder.is_silent(),
-            is_incomplete: self.recorder.is_incomplete,
+            recorder: self.recorder,
             file: self.file,
+            done,
+            now_s: self.now_s,
+            is_unplugged,
         }
     }
 

@@ -3,40 +3,16 @@
 use std::io;
 
 use gravical::escape::{shown, shown_json};
+use gravical::live::recorder::Event;
 use gravical::recording::Finding;
 use serde::Serialize;
+use serde_json::Value;
 
 use super::Summary;
-use super::recorder::event::Event;
 use crate::outlet::{Outlet, Screen};
 
 /// Version of the events.
 const VERSION: u32 = 1;
-
-/// One event. As JSON an object a line with its `type`.
-#[derive(Serialize)]
-#[serde(untagged)]
-pub enum Report<'a> {
-    Event(&'a Event),
-    /// Something is odd in the samples: an axis is frozen, a limit of the range is reached.
-    Finding(Typed<&'a Finding>),
-    /// The end.
-    Ended(Typed<&'a Summary>),
-}
-
-#[derive(Serialize)]
-pub struct Typed<T> {
-    r#type: &'static str,
-    #[serde(flatten)]
-    event: T,
-}
-
-#[derive(Serialize)]
-struct Versioned<'a> {
-    v: u32,
-    #[serde(flatten)]
-    report: &'a Report<'a>,
-}
 
 /// Reports events. A reader who stops reading does not stop the recording: events without room are
 /// dropped, the status first.
@@ -64,46 +40,55 @@ impl Reporter {
         {
             self.screen.status(&status.line());
         }
-        self.report(&Report::Event(event), event.words(self.screen.is_raw));
+        self.report(None, event, event.words(self.screen.is_raw));
     }
 
     pub fn warn(&mut self, text: String) {
         self.event(&Event::Warning { text });
     }
 
-    pub fn finding(&mut self, event: &Finding) {
-        let r#type = "finding";
-        let words = format!("! {}: {}", event.kind, event.message);
-        self.report(&Report::Finding(Typed { r#type, event }), Some(words));
+    /// Something is odd in the samples: an axis is frozen, a limit of the range is reached.
+    pub fn finding(&mut self, finding: &Finding) {
+        let words = format!("! {}: {}", finding.kind, finding.message);
+        self.report(Some("finding"), finding, Some(words));
     }
 
-    pub fn ended(&mut self, event: &Summary) {
+    pub fn ended(&mut self, summary: &Summary) {
         // A reader who still reads needs this one.
         let _ = self.out.drain();
-        let r#type = "ended";
-        self.report(&Report::Ended(Typed { r#type, event }), event.words());
+        self.report(Some("ended"), summary, summary.words());
     }
 
-    fn report(&mut self, report: &Report<'_>, words: Option<String>) {
-        if self.json {
-            self.print(report);
-        } else if let Some(words) = words.filter(|words| !self.quiet || words.starts_with('!')) {
-            self.screen.line(&shown(&words));
+    /// `kind`: the type of what does not name it itself.
+    fn report(&mut self, kind: Option<&str>, event: &impl Serialize, words: Option<String>) {
+        if !self.json {
+            let words = words.filter(|words| !self.quiet || words.starts_with('!'));
+            words
+                .iter()
+                .for_each(|words| self.screen.line(&shown(words)));
+            return;
         }
-    }
-
-    fn print(&mut self, report: &Report<'_>) {
         if let Some(n) = self.out.take_dropped() {
-            let text = format!("{n} events were dropped here: they were not read in time");
-            self.print(&Report::Event(&Event::Warning { text }));
+            self.warn(format!(
+                "{n} events were dropped here: they were not read in time"
+            ));
         }
-        let v = VERSION;
-        let text = serde_json::to_string(&Versioned { v, report }).unwrap_or_default();
-        let line = format!("{}{}", shown_json(&text), self.screen.end());
+        let mut event = serde_json::to_value(event).unwrap_or_default();
+        event["v"] = VERSION.into();
+        if let Some(kind) = kind {
+            event["type"] = kind.into();
+        }
+        let is_status = event["type"] == "status";
+        let line = format!(
+            "{}{}",
+            shown_json(&Value::to_string(&event)),
+            self.screen.end()
+        );
         // A reader who has gone does not end the recording.
-        let _ = match report {
-            Report::Event(Event::Status(_)) => self.out.status(line),
-            _ => self.out.send(line),
+        let _ = if is_status {
+            self.out.status(line)
+        } else {
+            self.out.send(line)
         };
     }
 }

@@ -1,37 +1,44 @@
 //! Settings and commands of our firmware (`firmware/mpu6050_logger`).
 
-use clap::ValueEnum;
-use clap::builder::{PossibleValuesParser, TypedValueParser};
-pub use gravical::recording::BoardSettings as Settings;
-use gravical::{Error, Result};
+use gravical_recording::{BoardSettings, Error, Result};
 
 /// Settings that the board must have; none: as they are.
-#[derive(Debug, Clone, Copy, Default, PartialEq, clap::Args)]
-pub struct Wanted {
+#[derive(Debug, Clone, Copy, Default, PartialEq)]
+#[cfg_attr(feature = "clap", derive(clap::Args))]
+pub struct WantedSettings {
     /// Of the accelerometer in g: 2, 4, 8, 16
-    #[arg(id = "range", long = "range", value_name = "G", value_parser = one_of(["2", "4", "8", "16"]), hide_possible_values = true)]
-    range_g: Option<u16>,
+    #[cfg_attr(feature = "clap", arg(id = "range", long = "range", value_name = "G", value_parser = one_of(["2", "4", "8", "16"]), hide_possible_values = true))]
+    pub range_g: Option<u16>,
     /// Of the gyroscope in °/s: 250, 500, 1000, 2000
-    #[arg(id = "gyro_range", long = "gyro-range", value_name = "DPS", value_parser = one_of(["250", "500", "1000", "2000"]), hide_possible_values = true)]
-    gyro_range_deg_s: Option<u16>,
+    #[cfg_attr(feature = "clap", arg(id = "gyro_range", long = "gyro-range", value_name = "DPS", value_parser = one_of(["250", "500", "1000", "2000"]), hide_possible_values = true))]
+    pub gyro_range_deg_s: Option<u16>,
     /// In Hz: 4 to 150, with counts to 250
-    #[arg(id = "rate", long = "rate", value_name = "HZ")]
+    #[cfg_attr(feature = "clap", arg(id = "rate", long = "rate", value_name = "HZ"))]
     pub rate_hz: Option<u16>,
     /// In Hz: 184, 94, 44, 21, 10, 5
-    #[arg(id = "low_pass", long = "low-pass", value_name = "HZ", value_parser = one_of(["184", "94", "44", "21", "10", "5"]), hide_possible_values = true)]
-    low_pass_hz: Option<u16>,
+    #[cfg_attr(feature = "clap", arg(id = "low_pass", long = "low-pass", value_name = "HZ", value_parser = one_of(["184", "94", "44", "21", "10", "5"]), hide_possible_values = true))]
+    pub low_pass_hz: Option<u16>,
     /// si, counts, or calibrated by the board's sketch
-    #[arg(long, value_name = "NAME", hide_possible_values = true)]
-    format: Option<Format>,
+    #[cfg_attr(
+        feature = "clap",
+        arg(long, value_name = "NAME", hide_possible_values = true)
+    )]
+    pub format: Option<RowFormat>,
 }
 
 /// One of these numbers.
-fn one_of<const N: usize>(values: [&'static str; N]) -> impl TypedValueParser<Value = u16> {
+#[cfg(feature = "clap")]
+fn one_of<const N: usize>(
+    values: [&'static str; N],
+) -> impl clap::builder::TypedValueParser<Value = u16> {
+    use clap::builder::{PossibleValuesParser, TypedValueParser as _};
     PossibleValuesParser::new(values).try_map(|value| value.parse::<u16>())
 }
 
-#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
-enum Format {
+/// Unit and scale of the rows.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[cfg_attr(feature = "clap", derive(clap::ValueEnum))]
+pub enum RowFormat {
     /// m/s², °C and °/s
     Si = 0,
     /// raw counts
@@ -45,7 +52,7 @@ enum Format {
 const MAX_SI_HZ: u16 = 150;
 const MAX_COUNTS_HZ: u16 = 250;
 
-impl Wanted {
+impl WantedSettings {
     /// Checks the rate.
     ///
     /// # Errors
@@ -53,7 +60,7 @@ impl Wanted {
     /// `option-range` (usage) above the capacity of the serial line.
     pub fn validate(&self) -> Result<()> {
         let (max, unit) = match self.format {
-            Some(Format::Counts) => (MAX_COUNTS_HZ, "as counts"),
+            Some(RowFormat::Counts) => (MAX_COUNTS_HZ, "as counts"),
             _ => (MAX_SI_HZ, "in SI units; --format counts carries 250 Hz"),
         };
         match self.rate_hz {
@@ -79,7 +86,7 @@ impl Wanted {
     }
 
     /// Whether the board has these settings.
-    pub fn is_met_by(&self, settings: &Settings) -> bool {
+    pub fn is_met_by(&self, settings: &BoardSettings) -> bool {
         let met = |wanted: Option<u16>, is: u16| wanted.is_none_or(|w| w == is);
         met(self.range_g, settings.accel_range_g)
             && met(self.gyro_range_deg_s, settings.gyro_range_deg_s)

@@ -1,8 +1,8 @@
 //! Bytes of the board to lines, and what is put before a line in the file: nothing, the time of arrival
 //! where the board sends no time, a mark where the user names the columns.
 
-use gravical::escape::shown;
-use gravical::recording::{Form, LineKind};
+use gravical_recording::escape::shown;
+use gravical_recording::{Form, LineKind};
 
 /// A longer line is no row of a board: it is passed on in pieces.
 const MAX_LINE: usize = 4096;

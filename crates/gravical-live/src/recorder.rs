@@ -6,20 +6,25 @@
 //! row is, is the decision of the parser of recordings, which reads the lines as they will stand in the
 //! file; it does not judge them.
 
-pub mod event;
+mod event;
 mod gaps;
 mod lines;
+mod settings;
 
 use std::collections::VecDeque;
 
-use gravical::escape::shown;
-use gravical::recording::{ColumnsSpec, Follow, Form, LineKind, ReadOptions};
-use gravical::{Error, Result};
+use gravical_recording::escape::shown;
+use gravical_recording::{
+    BoardSettings, ColumnsSpec, Error, Follow, Form, LineKind, ReadOptions, Result,
+};
 
-use crate::device::board::{Settings, Wanted};
-use event::{Counts, End, Event, Status};
-use gaps::{Cause, GAP_STEPS, Gap, Gaps};
+use crate::problem::Problem;
+use gaps::{Cause, GAP_STEPS, Gaps};
 use lines::{Line, OtherHeader, Prefixes, Splitter};
+
+pub use event::{Counts, End, Event, Status};
+pub use gaps::Gap;
+pub use settings::WantedSettings;
 
 /// The format of a slow board is that of the rows of this time, s; and time between two attempts to
 /// detect it, s.
@@ -53,11 +58,12 @@ pub struct RecorderOptions {
     /// Columns that the board does not name, or names otherwise.
     pub columns: Option<ColumnsSpec>,
     /// Settings that the board must have.
-    pub wanted: Wanted,
+    pub wanted: WantedSettings,
     /// A board without rows is no error: it is reported.
     pub waits: bool,
-    /// Ends after so many rows, and so many seconds.
+    /// Ends after so many rows.
     pub rows: Option<u64>,
+    /// Ends so many seconds after the first row, without pauses.
     pub duration_s: Option<f64>,
 }
 
@@ -84,6 +90,7 @@ pub struct Output {
     pub lines: Vec<u8>,
     /// Commands for the board.
     pub commands: String,
+    /// What happened.
     pub events: Vec<Event>,
 }
 
@@ -110,12 +117,15 @@ pub struct Recorder {
     unread: Vec<u8>,
     other_header: Option<OtherHeader>,
     gaps: Gaps,
+    /// Lines so far.
     pub counts: Counts,
     /// Time of the first row, later by all pauses since, s.
     began_s: f64,
     paused_from_s: Option<f64>,
     /// Rows are missing, or may be.
     pub is_incomplete: bool,
+    /// Some of what was received had no room.
+    pub has_dropped: bool,
     output: Output,
 }
 
@@ -147,6 +157,7 @@ impl Recorder {
             began_s: f64::INFINITY,
             paused_from_s: None,
             is_incomplete: false,
+            has_dropped: false,
             output: Output::default(),
         };
         if !before.is_empty() {
@@ -234,6 +245,7 @@ impl Recorder {
         }
         self.classify(false)?;
         self.gaps.overflow(bytes);
+        self.has_dropped = true;
         Ok(())
     }
 
@@ -335,7 +347,7 @@ impl Recorder {
             let text = String::from_utf8_lossy(&text);
             let shown = shown(&text).into_owned();
             self.report(Event::Board { text: shown });
-            if let Some(settings) = Settings::parse(&text) {
+            if let Some(settings) = BoardSettings::parse(&text) {
                 self.settings_are(now_s, &settings);
             }
         } else if self.paused_from_s.is_some() {
@@ -396,7 +408,10 @@ impl Recorder {
         }
         let text = std::mem::take(&mut self.unread);
         let kinds = self.reader.classify(&text, true);
-        let kinds = kinds.map_err(|error| unreadable(error.message()))?;
+        let kinds = kinds.map_err(|error| {
+            let why = error.message().to_owned();
+            Problem::Unreadable { why }.error()
+        })?;
         self.form = self.reader.form();
         self.judged(kinds)?;
         let slow_hz = self.rate_hz().filter(|rate_hz| *rate_hz < MIN_RATE_HZ);
@@ -429,13 +444,12 @@ impl Recorder {
             if header.rows < MIN_OTHER_ROWS {
                 return Ok(());
             }
-            let text = String::from_utf8_lossy(&header.lines[0].0.text).into_owned();
-            return Err(columns_changed(&text));
+            return Err(other_columns(&header.lines[0].0));
         }
         self.refute_header();
         match kind {
             LineKind::OtherHeader if line.is_comment() => {
-                return Err(columns_changed(&String::from_utf8_lossy(&line.text)));
+                return Err(other_columns(&line));
             }
             LineKind::OtherHeader => self.other_header = Some(OtherHeader::new(line)),
             _ => self.put(&line, kind),
@@ -570,7 +584,7 @@ impl Recorder {
         let Some(port) = &mut self.port else {
             return Ok(());
         };
-        let error = no_rows(&port.name, &port.received);
+        let error = no_rows(&port.name, &port.received).error();
         let hint = error.hint().unwrap_or_default().to_owned();
         if !self.options.waits {
             return Err(error.with_hint(format!("{hint}; --wait waits without end")));
@@ -602,7 +616,7 @@ impl Recorder {
 
     // Settings.
 
-    fn settings_are(&mut self, now_s: f64, settings: &Settings) {
+    fn settings_are(&mut self, now_s: f64, settings: &BoardSettings) {
         let is_met = self.options.wanted.is_met_by(settings);
         if !self.is_set {
             self.is_set = is_met;
@@ -632,11 +646,7 @@ impl Recorder {
                 self.output.commands += &self.options.wanted.commands();
                 Ok(())
             }
-            Some(sent_s) if now_s - sent_s >= NO_ROWS_S => {
-                let text = "the board does not report the settings that were sent to it";
-                let hint = "upload firmware/mpu6050_logger to the board, or leave the settings out";
-                Err(Error::device("settings-refused", text).with_hint(hint))
-            }
+            Some(sent_s) if now_s - sent_s >= NO_ROWS_S => Err(Problem::NoSettings.error()),
             _ => Ok(()),
         }
     }
@@ -651,56 +661,35 @@ fn reader(recorder: &RecorderOptions, columns: Option<ColumnsSpec>) -> Follow {
     Follow::new(&recorder.name, options, 0)
 }
 
-const UNREADABLE_HINT: &str = "the rows up to here are in the file; record the rest into another one, or set the board as it was (--format, --range)";
-
-fn unreadable(why: &str) -> Error {
-    let text = format!("the rows cannot be read any more ({why}): the recording ends");
-    Error::device("unreadable-rows", text).with_hint(UNREADABLE_HINT)
-}
-
-fn columns_changed(line: &str) -> Error {
-    let line: String = shown(line).chars().take(QUOTED).collect();
-    let text = format!(
-        "the board sends rows of other columns or units than before ({line:?}): the recording ends"
-    );
-    Error::device("columns-changed", text).with_hint(UNREADABLE_HINT)
-}
-
-/// Why the last bytes of `port` are no rows, as an error.
-fn no_rows(port: &str, bytes: &[u8]) -> Error {
+/// Why the last bytes of `port` are no rows.
+fn no_rows(port: &str, bytes: &[u8]) -> Problem {
+    let port = port.to_owned();
+    if bytes.is_empty() {
+        return Problem::BoardSilent { port };
+    }
     let text = String::from_utf8_lossy(bytes);
     let is_unreadable = |c: &char| {
         *c == char::REPLACEMENT_CHARACTER
             || c.is_control() && !matches!(c, '\r' | '\n' | '\t' | '\u{1b}')
     };
     let unreadable = text.chars().filter(is_unreadable).count();
-    let (code, text, hint) = if bytes.is_empty() {
-        (
-            "board-silent",
-            format!("{port} is open, but nothing arrives: does the board have a sketch?"),
-            "check that it is the right port (gravical ports), and that its sketch prints rows, as firmware/mpu6050_logger does",
-        )
-    } else if unreadable as f64 > MAX_UNREADABLE * text.chars().count() as f64 {
-        (
-            "no-samples-from-board",
-            format!(
-                "what {port} sends is no text: the baud rate of the board is another one, or it has no sketch"
-            ),
-            "give the baud rate of the sketch: --baud 9600 or 57600, for example",
-        )
-    } else {
-        // What follows the last end of a line is a part of one.
-        let whole = text.rfind(['\r', '\n']).map_or(&*text, |end| &text[..end]);
-        let line = whole.trim_end().rsplit(['\r', '\n']).next();
-        let line = shown(line.unwrap_or_default().trim()).into_owned();
-        let line: String = line.chars().take(QUOTED).collect();
-        (
-            "no-samples-from-board",
-            format!("{port} sends text that is no row of a sensor: {line:?}"),
-            "a row has at least three numbers, as firmware/mpu6050_logger prints them; --columns names what they are",
-        )
-    };
-    Error::device(code, text).with_hint(hint)
+    if unreadable as f64 > MAX_UNREADABLE * text.chars().count() as f64 {
+        return Problem::NoText { port };
+    }
+    // What follows the last end of a line is a part of one.
+    let whole = text.rfind(['\r', '\n']).map_or(&*text, |end| &text[..end]);
+    let line = whole.trim_end().rsplit(['\r', '\n']).next();
+    let line = quoted(line.unwrap_or_default().trim());
+    Problem::NoSensor { port, line }
+}
+
+fn other_columns(line: &Line) -> Error {
+    let line = quoted(&String::from_utf8_lossy(&line.text));
+    Problem::OtherColumns { line }.error()
+}
+
+fn quoted(text: &str) -> String {
+    shown(text).chars().take(QUOTED).collect()
 }
 
 #[cfg(test)]

@@ -1,8 +1,8 @@
 //! Events of a recording, for scripts and in words.
 
-use gravical::core::matrix3::norm;
-use gravical::poses::face::Face;
-use gravical::recording::{AccelScale, Recording};
+use gravical_calibrate::poses::face::Face;
+use gravical_core::matrix3::norm;
+use gravical_recording::{AccelScale, Recording};
 use serde::Serialize;
 
 use super::gaps::Gap;
@@ -17,33 +17,57 @@ const MAX_COLUMNS: usize = 79;
 #[serde(tag = "type", rename_all = "kebab-case")]
 pub enum Event {
     /// Something is waited for.
-    Waiting { text: String },
+    Waiting {
+        /// What.
+        text: String,
+    },
     /// A port is open; most boards reset on that.
     Opened {
+        /// Its name.
         port: String,
         /// The device behind it, if it has a name.
         device: Option<String>,
     },
-    /// A message of the board: a line that begins with `#`.
-    Board { text: String },
-    /// The first row is in the file; `columns` is its header, or its layout in words.
-    Started { columns: String },
+    /// A message of the board.
+    Board {
+        /// A line that begins with `#`.
+        text: String,
+    },
+    /// The first row is in the file.
+    Started {
+        /// What its columns hold.
+        columns: String,
+    },
     /// The state of the recording, once a second.
     Status(Status),
     /// Rows are not stored.
     Paused,
     /// The recording continues.
     Resumed,
-    /// A line is no row; how many so far. Reported as the 1st, 2nd, 4th, 8th …
-    Rejected { count: u64, line: String },
+    /// A line is no row. Reported of the 1st, 2nd, 4th, 8th …
+    Rejected {
+        /// How many so far.
+        count: u64,
+        /// The last one, shortened.
+        line: String,
+    },
     /// Rows are missing; the gap is named in the file.
     Gap(Gap),
     /// Something to do, or to know.
-    Warning { text: String },
-    /// The port is lost; what the system says.
-    Lost { text: String },
+    Warning {
+        /// The sentence.
+        text: String,
+    },
+    /// The port is lost.
+    Lost {
+        /// What the system says.
+        text: String,
+    },
     /// The board sends nothing.
-    Silent { duration_s: f64 },
+    Silent {
+        /// For so long, s.
+        duration_s: f64,
+    },
 }
 
 /// How many lines went where.
@@ -117,6 +141,7 @@ pub struct Status {
     pub rate_hz: Option<f64>,
     /// Magnitude of the mean acceleration of the last half second, in the unit of the file.
     pub norm: Option<f64>,
+    /// Scale of the accelerometer.
     #[serde(skip)]
     pub accel: Option<AccelScale>,
     /// Temperature of the sensor, °C.
