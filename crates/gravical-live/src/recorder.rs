@@ -329,7 +329,7 @@ impl Recorder {
             self.refute_header();
             // A row of which lines are missing.
             while let Some(line) = self.waiting.pop_front() {
-                self.write(&line.in_file());
+                self.put(&line, LineKind::Other);
             }
             if let Some(gap) = self.gaps.at_end(now_s) {
                 self.name_gap(gap);
@@ -472,7 +472,8 @@ impl Recorder {
         // What no board sends, although it may have as many fields as a row.
         let is_control = |b: &u8| b.is_ascii_control() && !b"\t\r\x1b".contains(b);
         let has_control = line.text.iter().any(is_control);
-        let is_in_words = self.prefixes.delimiter.is_none();
+        let form = self.form.as_ref();
+        let is_in_words = form.is_some_and(|form| form.delimiter.is_none());
         let is_text = is_in_words || std::str::from_utf8(&line.text).is_ok();
         match kind {
             LineKind::Row(stamp) if is_text && !has_control => {
@@ -771,6 +772,53 @@ mod tests {
         bench.pass(20.0);
         assert_eq!(bench.recorder.end, Some(End::Duration));
         assert!(bench.recorder.is_silent());
+    }
+
+    #[test]
+    fn bytes_without_room_are_a_gap_also_at_the_end() {
+        let mut bench = Bench::new(RecorderOptions::default());
+        bench.rows(150);
+        bench.recorder.overflow(5000).unwrap();
+        bench.stamp_ms += 1000;
+        // The first line lacks its beginning.
+        bench.recorder.bytes(bench.now_s, b"0.1,9.8\n").unwrap();
+        bench.rows(50);
+        bench.recorder.overflow(70).unwrap();
+        bench.recorder.finish(bench.now_s + 0.5).unwrap();
+        bench.pass(0.5);
+        let cause = "the board sent faster than the computer could write";
+        let first = format!("{cause}: 99 rows are missing, 5000 bytes were dropped, 1.0 s");
+        let last =
+            format!("{cause}: an unknown number of rows is missing, 70 bytes were dropped, 0.5 s");
+        assert_eq!(bench.gaps(), [first, last]);
+        assert!(bench.recorder.is_incomplete && bench.recorder.has_dropped);
+    }
+
+    /// A header counts only when rows that fit it follow.
+    #[test]
+    fn other_columns_end_it_and_a_header_without_rows_is_rejected() {
+        let mut bench = Bench::new(RecorderOptions::default());
+        bench.rows(150);
+        let alone = b"t_ms,ax,ay,az,gx,gy,gz\n# a comment\n";
+        bench.recorder.bytes(bench.now_s, alone).unwrap();
+        bench.rows(2);
+        let rejected = "# rejected: t_ms,ax,ay,az,gx,gy,gz\n# a comment\n1500,";
+        assert!(bench.text.contains(rejected), "{}", bench.text);
+        // Other columns, also with several words each, and the same in another unit.
+        for header in [
+            "t (ms),a x (g),a y (g),a z (g),b",
+            "t_ms\tax\tay\taz\tgx",
+            "t_ms,ax (g),ay (g),az (g)",
+        ] {
+            let delimiter = if header.contains(',') { "," } else { "\t" };
+            let fields = header.split(delimiter).count();
+            let row = vec!["1.5"; fields].join(delimiter);
+            let lines = format!("{header}\n{row}\n\n{row}\n{row}\n");
+            let mut bench = Bench::new(RecorderOptions::default());
+            bench.rows(150);
+            let error = bench.recorder.bytes(bench.now_s, lines.as_bytes());
+            assert_eq!(error.unwrap_err().code(), "columns-changed", "{header}");
+        }
     }
 
     #[test]

@@ -22,6 +22,8 @@ const MIN_ROWS: usize = 100;
 const MAX_LINES: usize = 800;
 /// Rows before the new ones with which these are judged.
 const TAIL_ROWS: usize = 1024;
+/// After so many lines that are no part of a row, its last lines do not come any more.
+const MAX_FOREIGN_LINES: usize = 100;
 /// No row is longer.
 const MAX_ROW_BYTES: usize = 1 << 20;
 
@@ -324,11 +326,16 @@ fn complete_rows(format: &Format, mut heading: Heading, bytes: &[u8]) -> usize {
         return end;
     };
     // Where the last row begins, and the place of its last line, if others of its lines are missing.
-    let (mut begun, mut at) = (None, 0);
+    let (mut begun, mut at, mut foreign_lines) = (None, 0, 0);
     while at < end {
         let next = memchr(format.line_end, &bytes[at..end]).map_or(end, |n| at + n + 1);
         let line = String::from_utf8_lossy(&bytes[at..next]);
+        foreign_lines += 1;
+        if foreign_lines > MAX_FOREIGN_LINES {
+            begun = None;
+        }
         if let Some(sentence) = sentences.parse(line.trim_end(), &mut heading) {
+            foreign_lines = 0;
             let place = sentence.place;
             let from = begun
                 .filter(|(_, before)| place > *before)

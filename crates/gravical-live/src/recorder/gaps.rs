@@ -55,7 +55,7 @@ impl Gap {
             Cause::Reset => "the board was reset",
             Cause::Silent => "the board sent nothing",
             Cause::Lost => "rows were lost on the way from the board",
-            Cause::Overflow => "the board sent faster than the disk took",
+            Cause::Overflow => "the board sent faster than the computer could write",
             Cause::Continued => return "# gap: the recording was ended and continued".to_owned(),
         };
         let mut rows = match self.rows {
@@ -115,7 +115,8 @@ impl Gaps {
 
     /// A pause ends, whose rows are not missing. Those that follow are, where the port is away.
     pub fn resume(&mut self, now_s: f64, is_plugged_in: bool) {
-        self.cause = (!is_plugged_in).then_some(Cause::Unplugged);
+        let dropped = (self.dropped_bytes > 0).then_some(Cause::Overflow);
+        self.cause = dropped.or((!is_plugged_in).then_some(Cause::Unplugged));
         self.last_s = Some(now_s);
         self.last_stamp = None;
     }

@@ -88,9 +88,11 @@ pub struct OtherHeader {
 
 impl OtherHeader {
     pub fn new(line: Line) -> Self {
+        // Names may have blanks in them.
         let count = |delimiter: &u8| split(&line.text, *delimiter).count();
-        let delimiter = b"\t,; ".iter().copied().max_by_key(count);
-        let delimiter = delimiter.unwrap_or(b',');
+        let delimiter = b"\t;,".iter().copied().max_by_key(count);
+        let delimiter = delimiter.filter(|delimiter| count(delimiter) > 1);
+        let delimiter = delimiter.unwrap_or(b' ');
         OtherHeader {
             delimiter,
             fields: count(&delimiter),
@@ -105,12 +107,12 @@ impl OtherHeader {
         if line.is_comment() || line.text.is_empty() {
             return None;
         }
-        let is_number = |cell: &[u8]| {
+        let is_number = |cell: &&[u8]| {
             let cell = String::from_utf8_lossy(cell).replace(',', ".");
             cell.trim().is_empty() || cell.trim().parse::<f64>().is_ok()
         };
-        let mut cells = split(&line.text, self.delimiter);
-        Some(split(&line.text, self.delimiter).count() == self.fields && cells.all(is_number))
+        let cells: Vec<&[u8]> = split(&line.text, self.delimiter).collect();
+        Some(cells.len() == self.fields && cells.iter().all(is_number))
     }
 }
 
@@ -125,7 +127,7 @@ pub struct Prefixes {
     /// The board sends a time.
     pub has_clock: bool,
     /// What parts the columns; none for lines of words.
-    pub delimiter: Option<u8>,
+    delimiter: Option<u8>,
     /// The user names the columns: a header of the board is a comment.
     is_named: bool,
     /// When the first line arrived, s, and the time of day at the time zero, s (UTC).
@@ -183,11 +185,8 @@ impl Prefixes {
             // Cut, not rounded: no second has 60.000.
             let ms = (1e3 * (self.day_s + at_s)) as u64;
             let (h, m, s) = (ms / 3_600_000 % 24, ms / 60_000 % 60, ms / 1000 % 60);
-            return if self.has_clock {
-                String::new()
-            } else {
-                format!("{h:02}:{m:02}:{s:02}.{:03}{ARROW}", ms % 1000)
-            };
+            let time = format!("{h:02}:{m:02}:{s:02}.{:03}{ARROW}", ms % 1000);
+            return if self.has_clock { String::new() } else { time };
         };
         let line = String::from_utf8_lossy(line);
         let begins_number = |field: &str| {
@@ -196,14 +195,11 @@ impl Prefixes {
         };
         let is_row = line.split(delimiter).any(begins_number);
         let is_header = !is_row && line.split(delimiter).count() >= MIN_FIELDS;
-        if is_header && self.is_named {
-            "# ".to_owned()
-        } else if is_header && !self.has_clock {
-            format!("{HOST_TIME}{delimiter}")
-        } else if is_row && !self.has_clock {
-            format!("{:.1}{delimiter}", 1e3 * since_s)
-        } else {
-            String::new()
+        match (is_row, self.has_clock) {
+            (true, false) => format!("{:.1}{delimiter}", 1e3 * since_s),
+            _ if is_header && self.is_named => "# ".to_owned(),
+            (false, false) if is_header => format!("{HOST_TIME}{delimiter}"),
+            _ => String::new(),
         }
     }
 }

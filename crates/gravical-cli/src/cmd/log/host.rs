@@ -141,11 +141,8 @@ impl Recording {
             }
             writer.report_missing(&error);
         }
-        let port = writer
-            .target
-            .as_ref()
-            .map(|target| target.name.clone())
-            .or(port);
+        let target = writer.target.as_ref();
+        let port = target.map(|target| target.name.clone()).or(port);
         let writer = std::thread::spawn(move || writer.run(&incoming));
         Ok(Recording {
             inputs,
@@ -201,12 +198,11 @@ struct Writer {
 
 impl Writer {
     fn run(mut self, inputs: &Receiver<Input>) -> Ended {
-        let mut done = self.record(inputs);
+        let recorded = self.record(inputs);
         let is_unplugged = self.serial.take().is_none();
         // Also after an error, what the recorder passed on before is written.
-        done = done
-            .and_then(|()| self.write())
-            .and_then(|()| self.file.sync());
+        let written = self.write();
+        let done = recorded.and(written).and(self.file.sync());
         let lost_rows = self.file.lost_rows;
         self.recorder.counts.rows = self.recorder.counts.rows.saturating_sub(lost_rows);
         Ended {
@@ -243,10 +239,9 @@ impl Writer {
                 self.report_missing(&error);
             }
             if self.is_due(&mut looked_s, LOOK_S) {
-                let status = self.recorder.status(self.now_s).map(Event::Status);
-                status
-                    .into_iter()
-                    .for_each(|status| self.recorder.report(status));
+                if let Some(status) = self.recorder.status(self.now_s) {
+                    self.recorder.report(Event::Status(status));
+                }
                 self.file.write(&[])?;
             }
             if self.is_due(&mut synced_s, SYNC_S) {
