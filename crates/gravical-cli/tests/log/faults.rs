@@ -258,29 +258,35 @@ fn a_suspended_program_goes_on_with_what_has_arrived() {
 
 #[test]
 fn a_slow_board_is_told_what_to_change() {
-    let folder = tempfile::tempdir().unwrap();
-    let mut board = Board::new(folder.path());
-    let mut log = board.log("-o x.csv --json");
+    let folders = [(); 2].map(|()| tempfile::tempdir().unwrap());
+    let mut boards = folders.each_ref().map(|folder| Board::new(folder.path()));
+    let line = format!("live --port {} --folder s --events -", boards[1].port());
+    let mut live = Logger::start(folders[1].path(), &line);
+    let mut log = boards[0].log("-o x.csv --json");
     log.wait_for("opened");
+    live.wait_for("connecting");
     for i in 0..16 {
         let [a, b] = [i * 7 % 5, i * 3 % 4];
-        board.say(&format!(
-            "Acceleration X: 0.1{a}, Y: 0.2{b}, Z: 9.8{a} m/s^2\r\n"
-        ));
-        board.say(&format!(
-            "Rotation X: 0.0{b}, Y: 0.01, Z: 0.0{a} rad/s\r\n\r\n"
-        ));
+        for board in &mut boards {
+            board.say(&format!(
+                "Acceleration X: 0.1{a}, Y: 0.2{b}, Z: 9.8{a} m/s^2\r\n"
+            ));
+            board.say(&format!(
+                "Rotation X: 0.0{b}, Y: 0.01, Z: 0.0{a} rad/s\r\n\r\n"
+            ));
+        }
         std::thread::sleep(Duration::from_millis(500));
     }
-    let warning = log.wait_for("warning");
-    let text = warning["text"].as_str().unwrap();
-    assert!(
-        text.starts_with("the board sends 2.") && text.contains("delay(10)"),
-        "{text}"
-    );
-    log.signal(Signal::INT);
+    for told in [&mut log, &mut live] {
+        let warning = told.wait_for("warning");
+        let text = warning["text"].as_str().unwrap();
+        let is_said = text.contains("board sends 2.") && text.contains("delay(10)");
+        assert!(is_said, "{text}");
+        told.signal(Signal::INT);
+    }
     let (code, ended) = log.ended();
     assert_eq!((code, &ended["rows"]), (0, &json!(16)), "{ended}");
+    assert_eq!(live.gone(), Some(130));
 }
 
 #[test]
