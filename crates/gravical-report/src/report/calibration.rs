@@ -12,12 +12,12 @@ use gravical::export;
 use gravical::numfmt::{
     COVERAGE, count, decimals_for, decimals_of, digits, fixed, mg, milli_g, signed, words,
 };
-use gravical::poses::face::{CaseAxes, in_words};
+use gravical::poses::face::CaseAxes;
 
 use gravical::core::matrix3::{norm, sub};
 
 use super::{drift, gravity_source, largest, short_name};
-use crate::document::{Block, Cell, Document, HOW, Section, Table, Verdict};
+use crate::document::{Block, Cell, Document, HOW, Section, Step, Table, Verdict};
 use crate::figure::calibration::rms_before;
 use crate::figure::{Figure, XYZ};
 
@@ -265,26 +265,24 @@ fn subject(file: &Calibration) -> Vec<String> {
 }
 
 /// Next steps.
-fn next(file: &Calibration, grade: Grade, saved: Option<&Path>) -> Vec<String> {
+fn next(file: &Calibration, grade: Grade, saved: Option<&Path>) -> Vec<Step> {
     if grade == Grade::Poor {
-        return vec!["Fix what is named above, then calibrate again.".to_owned()];
+        return vec![Step::by_hand(
+            "Fix what is named above, then calibrate again.",
+        )];
     }
     let name = path_word(saved.unwrap_or(Path::new("cal.json")));
     let pose = file.reliability.proposed_poses().first();
-    let pose = pose.filter(|_| grade != Grade::Good).map(|p| {
-        let direction = in_words(p.direction);
-        format!("Record one more pose ({direction}) and calibrate with all recordings again.")
-    });
+    let pose = pose.filter(|_| grade != Grade::Good);
     let save = "Save the calibration: the same command with `-o cal.json`.";
-    let apply = format!("Apply it: `gravical apply {name} RECORDING.csv -o calibrated.csv`");
-    let check = format!(
-        "Later, test with the sensor at rest whether it still fits: `gravical check {name} RECORDING.csv`"
-    );
+    let apply = format!("{name} RECORDING.csv -o calibrated.csv");
+    let check = format!("{name} RECORDING.csv");
+    let later = "Later, test with the sensor at rest whether it still fits";
     let steps = [
-        pose,
-        saved.is_none().then(|| save.to_owned()),
-        Some(apply),
-        (grade != Grade::NotVerifiable).then_some(check),
+        pose.map(|p| Step::Pose(p.direction)),
+        saved.is_none().then(|| Step::by_hand(save)),
+        Some(Step::run("Apply it", "apply", &apply)),
+        (grade != Grade::NotVerifiable).then(|| Step::run(later, "check", &check)),
     ];
     steps.into_iter().flatten().collect()
 }
