@@ -154,6 +154,8 @@ pub struct Table {
     pub columns: Vec<Column>,
     /// The rows: a cell for each column.
     pub rows: Vec<Vec<Cell>>,
+    /// A page sorts it by each column, and shows all rows.
+    pub is_sortable: bool,
 }
 
 /// A column of a table.
@@ -174,6 +176,8 @@ pub enum Cell {
     Number(String, Option<String>),
     /// A share in percent, which a page draws.
     Share(f64),
+    /// Words, and the address of the page that they lead to.
+    Link(String, String),
 }
 
 impl Step {
@@ -384,9 +388,19 @@ impl Table {
     }
 
     /// With one more row: cells behind what they are.
-    pub fn row(mut self, name: impl Into<String>, cells: impl IntoIterator<Item = Cell>) -> Self {
-        let name = Cell::text(name);
-        self.rows.push([name].into_iter().chain(cells).collect());
+    pub fn row(self, name: impl Into<String>, cells: impl IntoIterator<Item = Cell>) -> Self {
+        self.with([Cell::text(name)].into_iter().chain(cells))
+    }
+
+    /// With one more row.
+    pub fn with(mut self, cells: impl IntoIterator<Item = Cell>) -> Self {
+        self.rows.push(cells.into_iter().collect());
+        self
+    }
+
+    /// To be sorted, with all rows.
+    pub fn sortable(mut self) -> Self {
+        self.is_sortable = true;
         self
     }
 
@@ -401,6 +415,7 @@ impl Table {
         let all = self.rows.len();
         let shown = match detail {
             Detail::Summary if all > MAX_SUMMARY_ROWS => MAX_SUMMARY_ROWS - 1,
+            _ if self.is_sortable => all,
             _ => all.min(MAX_ROWS),
         };
         (&self.rows[..shown], all - shown)
@@ -441,7 +456,7 @@ impl Cell {
     /// The text of the cell in one line.
     fn plain(&self) -> String {
         match self {
-            Cell::Text(text) | Cell::Number(text, None) => text.clone(),
+            Cell::Text(text) | Cell::Link(text, _) | Cell::Number(text, None) => text.clone(),
             Cell::Number(text, Some(sd)) => format!("{text} ± {sd}"),
             Cell::Share(share) => format!("{share:.0}"),
         }

@@ -285,7 +285,7 @@ fn table(t: &Table, title: &str) -> Markup {
     html! {
         @if !t.caption.is_empty() { div.head { h3 { (t.caption) } } }
         div.table.stack[t.columns.len() > 7] tabindex="0" role="region" aria-label=(if t.caption.is_empty() { title } else { &t.caption }) {
-            table aria-label=(if t.caption.is_empty() { title } else { &t.caption }) {
+            table data-sort[t.is_sortable] aria-label=(if t.caption.is_empty() { title } else { &t.caption }) {
                 thead {
                     @if groups.iter().any(|g| !g[0].group.is_empty()) {
                         tr {
@@ -333,6 +333,7 @@ fn cell_text(c: &Cell) -> Markup {
     match c {
         Cell::Text(text) => html! { (signs(text)) },
         Cell::Share(share) => html! { (format!("{share:.0}")) },
+        Cell::Link(text, address) => html! { a href=(address) { (text) } },
         Cell::Number(text, sd) => html! {
             (shown(text))
             @if let Some(sd) = sd { " " small { "± " (shown(sd)) } }
