@@ -69,12 +69,10 @@ pub fn sessions<'a>(all: &[Session], figures: &'a [Figure]) -> Document<'a> {
         next: Vec::new(),
     };
     // What no session says is no column.
-    let sayings: [(&str, fn(&Session) -> &str); 2] =
-        [("sensor", |s| &s.sensor), ("recorded", |s| &s.recorded)];
-    let said = sayings
-        .into_iter()
-        .filter(|(_, of)| all.iter().any(|s| !of(s).is_empty()));
-    let said: Vec<_> = said.collect();
+    type Column = (&'static str, fn(&Session) -> &str);
+    let columns: [Column; 2] = [("sensor", |s| &s.sensor), ("recorded", |s| &s.recorded)];
+    let is_said = |(_, of): &Column| all.iter().any(|s| !of(s).is_empty());
+    let said: Vec<Column> = columns.into_iter().filter(is_said).collect();
     let table = Table::new("", ["session"]).columns(said.iter().map(|(name, _)| *name));
     let table = table.columns(["grade", "error, mg", "reason"]);
     let table = all.iter().fold(table.sortable(), |table, s| {
