@@ -14,7 +14,8 @@
 //! → accepted or rejected, and again, until the user finishes. Rows may stop at any time
 //! ([`Session::lost`]). [`event`] has the events and commands, `docs/live.md` describes them;
 //! [`folder`] is the folder of a session, which `gravical calibrate` accepts.
-//! [`recorder`] makes the recording from the bytes of a board; it has no clock and no I/O, either.
+//! [`recorder`] makes the recording from the bytes of a board; it has no clock and no I/O, either. [`SimulatedBoard`]
+//! takes the place of a board.
 //!
 //! All rows are held, up to a gigabyte of columns (40 hours at 100 Hz), and judged as a file for every
 //! calibration: it is that of [`calibrate`](gravical_calibrate::calibrate::calibrate) for the recording.
@@ -45,9 +46,11 @@ mod problem;
 pub mod recorder;
 mod rest;
 mod session;
+mod simulated;
 mod words;
 
 pub use event::{Command, EVENTS_VERSION, Event, Message, Pose};
 pub use options::LiveOptions;
 pub use session::Session;
+pub use simulated::SimulatedBoard;
 pub use words::sentence;

@@ -14,9 +14,9 @@ use std::sync::mpsc::sync_channel;
 
 use gravical::escape::path_word;
 use gravical::gravity::Gravity;
-use gravical::live::LiveOptions;
 use gravical::live::event::{EndReason, Event, SourceKind};
 use gravical::live::folder::{Journal, RECORDING};
+use gravical::live::{LiveOptions, SimulatedBoard};
 use gravical::output::make_folder;
 use gravical::recording::{self, ReadOptions};
 use gravical::targets::check_targets;
@@ -164,7 +164,7 @@ impl Args {
     /// How the session is guided.
     fn session_options(&self, kind: SourceKind, before: Option<&Journal>) -> Result<LiveOptions> {
         let default = match kind {
-            SourceKind::Simulate => Simulated::gravity()?,
+            SourceKind::Simulate => SimulatedBoard::gravity()?,
             _ => Gravity::default(),
         };
         let gravity = self.gravity.given()?.or(before.map(|j| j.gravity));

@@ -6,34 +6,19 @@ use std::path::{Path, PathBuf};
 use std::time::{Duration, Instant};
 
 use gravical::calibration_file::Calibration;
-use gravical::core::matrix3::{add, mul_vec, norm};
-use gravical::fit::model::sphere;
-use gravical::gravity::Gravity;
+use gravical::live::SimulatedBoard;
 use gravical::live::event::{Command, Event};
 use gravical::live::folder::RECORDING;
 use gravical::live::recorder::{self, Output};
-use gravical::numfmt::milli_g;
-use gravical::poses::face::Face;
 use gravical::recording::bytes::Input;
-use gravical::simulate::{InteractiveSensor, LineOptions, Reading, SimulateOptions};
 use gravical::{Error, Result};
 
 use crate::cmd::log::{self, Existing, LogFile};
 
 /// Bytes of a recording that are read at once.
 const AT_ONCE: usize = 1 << 12;
-/// Rate of the simulated sensor, Hz.
-const RATE_HZ: f64 = 100.0;
-/// Its decimals.
-const DECIMALS: usize = 4;
-/// Rows that it gives at once.
-const ROWS: u64 = 10;
 /// The longest wait for rows before it is asked again, s.
 const MAX_WAIT_S: f64 = 0.02;
-/// Directions over which its true error is averaged.
-const DIRECTIONS: usize = 400;
-/// Pause in its clock when a session is resumed, s.
-const RESUMED_AFTER_S: f64 = 5.0;
 
 /// What a source has next: bytes of the recording, which are in the file, and then what happened.
 #[derive(Default)]
@@ -96,13 +81,10 @@ impl Source for Replay {
     }
 }
 
-/// A simulated sensor that is moved by commands. Its rows are written to a file.
+/// A simulated board in real time, or faster. Its rows are written to a file.
 pub struct Simulated {
-    sensor: InteractiveSensor,
+    board: SimulatedBoard,
     pub file: LogFile,
-    rows: u64,
-    /// Time stamp of its start, s.
-    offset_s: f64,
     /// When it last gave rows.
     last: Instant,
     speed: f64,
@@ -115,18 +97,6 @@ impl Simulated {
         now.map_or(1, |d| d.subsec_nanos() as u64 % 1_000_000)
     }
 
-    /// Gravity where it is.
-    pub fn gravity() -> Result<Gravity> {
-        Gravity::given(Self::options(0).gravity_mps2)
-    }
-
-    fn options(seed: u64) -> SimulateOptions {
-        SimulateOptions {
-            seed,
-            ..SimulateOptions::default()
-        }
-    }
-
     /// Starts it; `resumes`: its file is continued.
     ///
     /// # Errors
@@ -137,45 +107,26 @@ impl Simulated {
         file.start()?;
         let before = std::fs::read_to_string(path).map_err(|e| Error::io(path, e))?;
         Ok(Simulated {
-            sensor: InteractiveSensor::new(&Self::options(seed))?,
+            board: SimulatedBoard::new(seed, &before)?,
             file,
-            offset_s: last_row_s(&before).map_or(0.0, |t_s| t_s + RESUMED_AFTER_S),
-            rows: 0,
             last: Instant::now(),
             speed,
         })
     }
 }
 
-/// Time of the last row of a recording of [`Simulated`], s; none without one.
-fn last_row_s(text: &str) -> Option<f64> {
-    let stamp_ms = |line: &str| line.split(',').next()?.parse::<f64>().ok();
-    text.lines().rev().find_map(stamp_ms).map(|ms| ms / 1e3)
-}
-
 impl Source for Simulated {
     fn next(&mut self) -> Result<Option<Incoming>> {
         // Where the session does not keep up, the sensor waits for it: a hand could do nothing during the
         // rows that would have been due.
-        let due_s = ROWS as f64 / RATE_HZ / self.speed;
+        let due_s = SimulatedBoard::PERIOD_S / self.speed;
         let left_s = due_s - self.last.elapsed().as_secs_f64();
         if self.speed > 0.0 && left_s > 0.0 {
             std::thread::sleep(Duration::from_secs_f64(left_s.min(MAX_WAIT_S)));
             return Ok(Some(Incoming::default()));
         }
         self.last = Instant::now();
-        let mut text = String::new();
-        if self.rows == 0 && self.offset_s == 0.0 {
-            text.push_str("# simulated, not measured\n");
-            text.push_str(Reading::HEADER);
-        }
-        for _ in 0..ROWS {
-            let t_s = self.rows as f64 / RATE_HZ;
-            let stamp_ms = (1e3 * (self.offset_s + t_s)).round() as u64;
-            text += &self.sensor.at(t_s).row(stamp_ms, DECIMALS);
-            self.rows += 1;
-        }
-        let bytes = text.into_bytes();
+        let bytes = self.board.next_rows().into_bytes();
         self.file.write(&bytes)?;
         let events = Vec::new();
         Ok(Some(Incoming { bytes, events }))
@@ -186,51 +137,11 @@ impl Source for Simulated {
     }
 
     fn hand(&mut self, command: &Command, asked: Option<[f64; 3]>) -> Result<bool> {
-        let Command::Hand { put, up, shake } = command else {
-            return Ok(false);
-        };
-        let mut faces = Face::all().into_iter();
-        let face = faces.find(|face| Some(face.name()) == *put);
-        if *shake {
-            self.sensor.push(&LineOptions {
-                distance_m: 0.05,
-                move_time_s: 0.35,
-                ..LineOptions::default()
-            })?;
-        } else if let Some(face) = face {
-            self.sensor.lay(face);
-        } else {
-            // Any new direction where none is asked for.
-            self.sensor.hold(up.or(asked).unwrap_or([0.6, 0.6, 0.5]))?;
-        }
-        Ok(true)
+        self.board.command(command, asked)
     }
 
     fn truth(&self, file: &Calibration) -> Option<(Event, String)> {
-        let truth = self.sensor.truth();
-        let sensor = &truth.accelerometer;
-        let calibration = file.accelerometer_calibration();
-        let warm_c = file.temperature_c.map_or(0.0, |t| t.mean - 25.0);
-        let bias: [f64; 3] =
-            std::array::from_fn(|i| sensor.bias_mps2[i] + warm_c * sensor.bias_drift_mps2_per_c[i]);
-        let mut squares = [0.0_f64; 2];
-        for up in sphere(DIRECTIONS) {
-            let force = (up * truth.gravity_mps2).into();
-            let raw = add(&mul_vec(&sensor.matrix, &force), &bias);
-            for (sum, a) in squares.iter_mut().zip([raw, calibration.apply(raw)]) {
-                *sum += (norm(&a) - truth.gravity_mps2).powi(2);
-            }
-        }
-        let [before_mg, norm_error_mg] =
-            squares.map(|sum| milli_g((sum / DIRECTIONS as f64).sqrt()));
-        let text = format!(
-            "The truth: error of ‖a‖ {norm_error_mg:.2} mg rms with this calibration, {before_mg:.1} mg without."
-        );
-        let event = Event::Truth {
-            norm_error_mg,
-            before_mg,
-        };
-        Some((event, text))
+        Some(self.board.truth(file))
     }
 }
 
