@@ -25,7 +25,7 @@ use gravical_report::report;
 use serde::Serialize;
 
 pub use file::{Existing, LogFile, free_path};
-pub use host::{Queue, Recording};
+pub use host::Recording;
 
 use host::Ended;
 use keys::Keys;

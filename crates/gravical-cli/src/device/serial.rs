@@ -10,27 +10,30 @@ use gravical::escape::shell_word;
 use gravical::{Error, Result};
 use serialport::{ErrorKind, SerialPort};
 
-use crate::cmd::log::Queue;
-
 /// Longest wait of one read. After a silence of this time the thread sends no bytes, by which the writer
 /// knows the time, and it notices that nobody wants more, and ends.
 const READ: Duration = Duration::from_millis(10);
 /// A board that sends without a pause is read for this time after the end.
 const REST: Duration = Duration::from_millis(50);
 
-/// An open port, whose bytes go into a queue.
+/// An open port, whose bytes are passed on as they arrive.
 pub struct Serial {
     port: Box<dyn SerialPort>,
     is_closing: Arc<AtomicBool>,
 }
 
 impl Serial {
-    /// Opens `path`; most boards reset on that.
+    /// Opens `path`; most boards reset on that. `pass_on` gets what was read, nothing after a silence, and at
+    /// last the error that ends it; it returns false once nobody wants more.
     ///
     /// # Errors
     ///
     /// `no-such-port`, `port-permission`, `port-busy`, `port-failed` (device).
-    pub fn open(path: &str, baud: u32, queue: Queue) -> Result<Self> {
+    pub fn open(
+        path: &str,
+        baud: u32,
+        pass_on: impl FnMut(io::Result<Vec<u8>>) -> bool + Send + 'static,
+    ) -> Result<Self> {
         let failed = |e| trouble(path, &e);
         let builder = serialport::new(path, baud).timeout(READ).dtr_on_open(true);
         let port = builder.clone().open().or_else(|_| {
@@ -42,7 +45,7 @@ impl Serial {
         let reading = port.try_clone().map_err(failed)?;
         let is_closing = Arc::new(AtomicBool::new(false));
         let closing = Arc::clone(&is_closing);
-        std::thread::spawn(move || read(reading, queue, &closing));
+        std::thread::spawn(move || read(reading, pass_on, &closing));
         Ok(Serial { port, is_closing })
     }
 
@@ -55,7 +58,7 @@ impl Serial {
         self.port.write_all(bytes)
     }
 
-    /// Ends the reading, after what has arrived: the last that is in the queue is that it is closed.
+    /// Ends the reading, after what has arrived: the last that is passed on is that it is closed.
     pub fn close(&self) {
         self.is_closing.store(true, Ordering::Release);
     }
@@ -67,7 +70,11 @@ impl Drop for Serial {
     }
 }
 
-fn read(mut port: impl io::Read, mut queue: Queue, is_closing: &AtomicBool) {
+fn read(
+    mut port: impl io::Read,
+    mut pass_on: impl FnMut(io::Result<Vec<u8>>) -> bool,
+    is_closing: &AtomicBool,
+) {
     use io::ErrorKind::{Interrupted, TimedOut, WouldBlock};
     let mut bytes = [0; 4096];
     let mut closed_at = None;
@@ -84,11 +91,11 @@ fn read(mut port: impl io::Read, mut queue: Queue, is_closing: &AtomicBool) {
         };
         let is_empty = read.as_ref().is_ok_and(Vec::is_empty);
         let is_lost = read.is_err();
-        if !queue.send(read) || is_lost {
+        if !pass_on(read) || is_lost {
             return;
         }
         if closed_at.is_some_and(|at| is_empty || at.elapsed() >= REST) {
-            queue.send(Err(closed()));
+            pass_on(Err(closed()));
             return;
         }
     }

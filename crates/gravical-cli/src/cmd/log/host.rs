@@ -31,7 +31,7 @@ const MAX_WAITING: u64 = 1 << 24;
 const WRITE_BYTES: usize = 1 << 16;
 
 /// What the thread that writes has to take.
-pub enum Input {
+enum Input {
     /// Bytes of the port and when they arrived; none when nothing arrived for a while.
     Bytes(Instant, Vec<u8>),
     /// So many bytes had no room.
@@ -46,7 +46,7 @@ pub enum Input {
 
 /// The way from the port to the thread that writes. It has room for so many bytes, and never waits.
 #[derive(Clone)]
-pub struct Queue {
+struct Queue {
     inputs: Sender<Input>,
     waiting: Arc<AtomicU64>,
     max_waiting: u64,
@@ -65,7 +65,7 @@ impl Queue {
     }
 
     /// Passes on what was read; false once nobody takes it.
-    pub fn send(&mut self, read: io::Result<Vec<u8>>) -> bool {
+    fn send(&mut self, read: io::Result<Vec<u8>>) -> bool {
         let length = read.as_ref().map_or(0, Vec::len) as u64;
         let share = if self.dropped > 0 { 2 } else { 1 };
         let has_room = self.waiting.load(Ordering::Acquire) + length <= self.max_waiting / share;
@@ -337,7 +337,9 @@ impl Writer {
             (None, Some(given)) => given.clone(),
             (None, None) => the_board(&ports)?.name,
         };
-        self.serial = Some(Serial::open(&name, self.baud, self.queue.clone())?);
+        let mut queue = self.queue.clone();
+        let serial = Serial::open(&name, self.baud, move |read| queue.send(read))?;
+        self.serial = Some(serial);
         self.open_error = None;
         let target = named(&name, &ports);
         let preamble = format!(
