@@ -72,6 +72,7 @@ const PAGE: &str = include_str!("page/page.html");
 const STYLE: &str = include_str!("page/page.css");
 const SCRIPT: &str = concat!(
     "\"use strict\";\n",
+    include_str!("page/dom.js"),
     include_str!("page/board.js"),
     include_str!("page/session.js"),
     include_str!("page/markup.js"),

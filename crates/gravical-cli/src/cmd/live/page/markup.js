@@ -1,15 +1,5 @@
 // Parts of the page that are built as a whole when an event changes them.
 
-class Markup extends String {}
-
-// A value in markup: text is always text, whatever a board sends; lists are joined, what is not there is nothing.
-function inMarkup(value) {
-  if (value instanceof Markup) return value;
-  if (Array.isArray(value)) return value.map(inMarkup).join("");
-  return value === false || value == null ? "" : String(value).replace(/[&<>"']/g, c => `&#${c.charCodeAt(0)};`);
-}
-const html = (parts, ...values) => new Markup(String.raw({ raw: parts }, ...values.map(inMarkup)));
-
 // With two digits, as the sentences of the program have them.
 const inMg = v => v > 0 ? `${v.toFixed(Math.max(0, Math.min(6, 1 - Math.floor(Math.log10(v)))))} mg` : "–";
 

@@ -3,15 +3,6 @@
 const token = encodeURIComponent(new URLSearchParams(location.search).get("token") ?? "");
 const address = name => `${name}?token=${token}`;
 
-const $ = selector => document.querySelector(selector);
-// What did not change is left alone, so that nothing is laid out or said anew.
-const write = (element, text) => { if (element.textContent !== text) element.textContent = text; };
-const show = (selector, shown) => { $(selector).hidden = !shown; };
-function render(element, markup) {
-  const text = String(markup);
-  if (element.rendered !== text) element.innerHTML = element.rendered = text;
-}
-
 let state = fresh();
 let answers = true;
 // A face is being chosen that is recorded again.
