@@ -77,6 +77,7 @@ const SCRIPT: &str = concat!(
     include_str!("page/session.js"),
     include_str!("page/markup.js"),
     include_str!("page/sound.js"),
+    include_str!("page/http.js"),
     include_str!("page/page.js"),
 );
 

@@ -18,3 +18,10 @@ function inMarkup(value) {
   return value === false || value == null ? "" : String(value).replace(/[&<>"']/g, c => `&#${c.charCodeAt(0)};`);
 }
 const html = (parts, ...values) => new Markup(String.raw({ raw: parts }, ...values.map(inMarkup)));
+
+// A report in a frame that is as high as it is: the page scrolls, not the frame. `fill` loads it, once.
+function showReport(frame, fill) {
+  if (!frame || frame.onload) return;
+  frame.onload = () => new ResizeObserver(([{ target }]) => { frame.style.height = `${target.scrollHeight + 4}px`; }).observe(frame.contentDocument.body);
+  fill(frame);
+}
