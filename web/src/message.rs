@@ -34,7 +34,10 @@ impl<'a> Message<'a> {
         let split = |(size, rest): (&[u8; 4], &'a [u8])| {
             rest.split_at_checked(u32::from_le_bytes(*size) as usize)
         };
-        let (head, mut rest) = bytes.split_first_chunk().and_then(split).unwrap_or_default();
+        let (head, mut rest) = bytes
+            .split_first_chunk()
+            .and_then(split)
+            .unwrap_or_default();
         let head: Value = serde_json::from_slice(head).unwrap_or_default();
         let take = |file: &Value| {
             let (bytes, others) = rest.split_at_checked(file["size"].as_u64()? as usize)?;

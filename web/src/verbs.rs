@@ -47,12 +47,20 @@ pub fn run(asked: &Message<'_>) -> Result<Done> {
         "orient" => turned(asked),
         "export" => exported(asked),
         "targets" => Ok((targets(), Vec::new())),
-        other => Err(Error::usage("usage", format!("nothing here does {other:?}"))),
+        other => Err(Error::usage(
+            "usage",
+            format!("nothing here does {other:?}"),
+        )),
     }
 }
 
 /// A result, its page and its other files. `is_poor`: the program ends with exit code 4.
-fn done(result: &impl Serialize, is_poor: bool, page: Option<String>, files: Vec<(String, Vec<u8>)>) -> Done {
+fn done(
+    result: &impl Serialize,
+    is_poor: bool,
+    page: Option<String>,
+    files: Vec<(String, Vec<u8>)>,
+) -> Done {
     let page = page.map(|html| ("report.html".to_owned(), html.into_bytes()));
     let head = json!({ "result": result, "is_poor": is_poor });
     (head, page.into_iter().chain(files).collect())
@@ -70,7 +78,10 @@ fn renamed(file: &File<'_>, ending: &str) -> String {
 }
 
 fn reading(asked: &Message<'_>) -> Result<ReadOptions> {
-    let options = ReadOptions { hash: true, ..asked.options()? };
+    let options = ReadOptions {
+        hash: true,
+        ..asked.options()?
+    };
     options.validate()?;
     Ok(options)
 }
@@ -80,7 +91,10 @@ fn gravity(asked: &Message<'_>) -> Result<Option<Gravity>> {
 }
 
 /// The one recording, joined with its gyroscope where that is a second file.
-fn recording(asked: &Message<'_>, read: impl Fn(Named<'_>, &ReadOptions) -> Result<Recording>) -> Result<Recording> {
+fn recording(
+    asked: &Message<'_>,
+    read: impl Fn(Named<'_>, &ReadOptions) -> Result<Recording>,
+) -> Result<Recording> {
     let (file, options) = (asked.one("")?, reading(asked)?);
     let Some(gyro) = asked.of("gyro").next() else {
         return read(file.named(), &options);
@@ -103,7 +117,10 @@ fn session(asked: &Message<'_>) -> Result<(Vec<Recording>, Vec<gravical::finding
     let gyro = asked.of("gyro").next().map(File::named);
     let found = read_named_session(&files, of_folder, gyro, &reading(asked)?)?;
     if found.0.is_empty() {
-        return Err(Error::input("no-recordings", "none of these files is a recording"));
+        return Err(Error::input(
+            "no-recordings",
+            "none of these files is a recording",
+        ));
     }
     Ok(found)
 }
@@ -117,7 +134,8 @@ fn inspected(asked: &Message<'_>) -> Result<Done> {
     let file = asked.one("")?;
     if let Ok(calibration) = Calibration::parse(file.bytes) {
         let verdict = calibration.verdict();
-        let found = json!({ "kind": "calibration", "calibration": calibration, "verdict": verdict });
+        let found =
+            json!({ "kind": "calibration", "calibration": calibration, "verdict": verdict });
         return Ok(done(&found, false, None, Vec::new()));
     }
     if read_noise(file.named()).is_ok() {
@@ -129,7 +147,12 @@ fn inspected(asked: &Message<'_>) -> Result<Done> {
     let figures = figure::inspection::inspection(&found, &recording);
     let document = report::inspection(&found, &figures);
     let html = page(document, &InputFile::of(from_ref(&recording)));
-    Ok(done(&json!({ "kind": "recording", "inspection": found }), false, html, Vec::new()))
+    Ok(done(
+        &json!({ "kind": "recording", "inspection": found }),
+        false,
+        html,
+        Vec::new(),
+    ))
 }
 
 fn calibrated(asked: &Message<'_>) -> Result<Done> {
@@ -158,7 +181,10 @@ fn calibrated(asked: &Message<'_>) -> Result<Done> {
 }
 
 fn checked(asked: &Message<'_>) -> Result<Done> {
-    let options = CheckOptions { gravity: gravity(asked)?, ..asked.options()? };
+    let options = CheckOptions {
+        gravity: gravity(asked)?,
+        ..asked.options()?
+    };
     let (calibration, file) = calibration(asked)?;
     let (recordings, left_out) = session(asked)?;
     let mut result = check(&calibration, &file.path, &recordings, &options)?;
@@ -167,7 +193,12 @@ fn checked(asked: &Message<'_>) -> Result<Done> {
     inputs.push(file);
     let figures = figure::check::check(&result);
     let html = page(report::check(&result, &figures), &inputs);
-    Ok(done(&result, result.verdict.judgement.is_change(), html, Vec::new()))
+    Ok(done(
+        &result,
+        result.verdict.judgement.is_change(),
+        html,
+        Vec::new(),
+    ))
 }
 
 fn compared(asked: &Message<'_>) -> Result<Done> {
@@ -187,11 +218,19 @@ fn compared(asked: &Message<'_>) -> Result<Done> {
 fn applied(asked: &Message<'_>) -> Result<Done> {
     let (calibration, _) = calibration(asked)?;
     let file = asked.one("")?;
-    let options = ApplyOptions { read: reading(asked)?, ..asked.options()? };
+    let options = ApplyOptions {
+        read: reading(asked)?,
+        ..asked.options()?
+    };
     let mut table = Vec::new();
     let input = source::open(file.named(), &options.read)?;
     let summary = apply(&calibration, input, &file.name, &mut table, &options)?;
-    Ok(done(&summary, false, None, vec![(renamed(file, "-calibrated.csv"), table)]))
+    Ok(done(
+        &summary,
+        false,
+        None,
+        vec![(renamed(file, "-calibrated.csv"), table)],
+    ))
 }
 
 fn converted(asked: &Message<'_>) -> Result<Done> {
@@ -199,7 +238,12 @@ fn converted(asked: &Message<'_>) -> Result<Done> {
     let options: ConvertOptions = asked.options()?;
     let mut table = Vec::new();
     let summary = convert_file(file.named(), &reading(asked)?, &options, &mut table)?;
-    Ok(done(&summary, false, None, vec![(renamed(file, "-converted.csv"), table)]))
+    Ok(done(
+        &summary,
+        false,
+        None,
+        vec![(renamed(file, "-converted.csv"), table)],
+    ))
 }
 
 fn denoised(asked: &Message<'_>) -> Result<Done> {
@@ -214,7 +258,12 @@ fn denoised(asked: &Message<'_>) -> Result<Done> {
     let mut figures = figure::denoise::denoise(&summary);
     figures.extend(figure::denoise::before_and_after(&raw, &filtered));
     let html = page(report::denoise(&summary, &figures), &inputs);
-    Ok(done(&summary, false, html, vec![(renamed(file, "-filtered.csv"), table)]))
+    Ok(done(
+        &summary,
+        false,
+        html,
+        vec![(renamed(file, "-filtered.csv"), table)],
+    ))
 }
 
 fn noisy(asked: &Message<'_>) -> Result<Done> {
@@ -222,12 +271,20 @@ fn noisy(asked: &Message<'_>) -> Result<Done> {
     let figures = figure::noise::figures(&result);
     let html = page(report::noise(&result, &figures), &result.inputs);
     let text = serde_json::to_string_pretty(&result).unwrap_or_default() + "\n";
-    Ok(done(&result, false, html, vec![("noise.json".to_owned(), text.into_bytes())]))
+    Ok(done(
+        &result,
+        false,
+        html,
+        vec![("noise.json".to_owned(), text.into_bytes())],
+    ))
 }
 
 /// The motion of the one recording, with its inputs.
 fn computed(asked: &Message<'_>) -> Result<(Motion, Recording, Vec<InputFile>)> {
-    let options = MotionOptions { gravity: gravity(asked)?, ..asked.options()? };
+    let options = MotionOptions {
+        gravity: gravity(asked)?,
+        ..asked.options()?
+    };
     options.validate()?;
     let given = asked.of("calibration").next();
     let file = given.map(|file| Calibration::read_with_input(file.named()));
@@ -243,7 +300,9 @@ fn computed(asked: &Message<'_>) -> Result<(Motion, Recording, Vec<InputFile>)> 
 /// A table as the file of this name.
 fn written(table: &gravical::motion::MotionTable<'_>, name: String) -> Result<(String, Vec<u8>)> {
     let mut bytes = Vec::new();
-    table.write(&mut bytes).map_err(|e| Error::io(Path::new(&name), e))?;
+    table
+        .write(&mut bytes)
+        .map_err(|e| Error::io(Path::new(&name), e))?;
     Ok((name, bytes))
 }
 
@@ -251,7 +310,10 @@ fn moved(asked: &Message<'_>) -> Result<Done> {
     let (motion, recording, inputs) = computed(asked)?;
     let table = written(&motion.table(), renamed(asked.one("")?, "-motion.csv"))?;
     let figures: Vec<Figure> = figure::motion::figures(&motion);
-    let html = page(report::motion(&motion.result, &recording, &figures), &inputs);
+    let html = page(
+        report::motion(&motion.result, &recording, &figures),
+        &inputs,
+    );
     let is_poor = !motion.result.verdict.judgement.is_known();
     Ok(done(&motion.result, is_poor, html, vec![table]))
 }
@@ -288,7 +350,11 @@ fn exported(asked: &Message<'_>) -> Result<Done> {
     let made = if target.name == "kalibr" {
         kalibr(&read_noise(file.named())?, options.upper_limit)?
     } else {
-        export(&Calibration::read_with_input(file.named())?.0, target, &options)?
+        export(
+            &Calibration::read_with_input(file.named())?.0,
+            target,
+            &options,
+        )?
     };
     let files = vec![(target.name.to_owned(), made.text.into_bytes())];
     Ok(done(&json!({ "notes": made.notes }), false, None, files))
@@ -296,6 +362,8 @@ fn exported(asked: &Message<'_>) -> Result<Done> {
 
 /// What a calibration can be exported to.
 fn targets() -> Value {
-    let all = TARGETS.iter().map(|t| json!({ "name": t.name, "holds": t.holds }));
+    let all = TARGETS
+        .iter()
+        .map(|t| json!({ "name": t.name, "holds": t.holds }));
     json!({ "result": all.collect::<Vec<_>>() })
 }

@@ -20,7 +20,8 @@ use gravical::session::{ENDINGS, SUMMARY_COLUMNS, entries, is_summary, may_be_re
 use gravical::targets::{check_targets, place, same_target};
 use gravical::{Error, Result};
 use gravical_report::figure;
-use gravical_report::report::{self, Session};
+use gravical_report::figure::sessions::Session;
+use gravical_report::report;
 
 use crate::failure::{RenderedError, quality};
 use crate::report::{with_origin, write_report};

@@ -1,19 +1,14 @@
-//! The bytes of a recording, plain or gzip, and its text in any encoding as UTF-8.
+//! The bytes of a recording, plain or gzip.
 
 use std::io::{self, BufRead, BufReader, Read};
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Arc, Mutex};
 
-use encoding_rs::{Encoding, UTF_8, UTF_16BE, UTF_16LE, WINDOWS_1252};
-use encoding_rs_io::DecodeReaderBytesBuilder;
 use flate2::bufread::GzDecoder;
 use sha2::{Digest, Sha256};
 
 use crate::hash::hex;
 use crate::problem::Problem;
-
-/// Bytes that decide on the encoding.
-const ENCODING_BYTES: usize = 65_536;
 
 /// With these bytes each member of a gzip file begins.
 const GZIP_MAGIC: [u8; 2] = [0x1f, 0x8b];
@@ -170,30 +165,6 @@ impl<F: FnMut(&[u8]) -> io::Result<()>> Read for Tap<F> {
     }
 }
 
-/// The text of a recording as UTF-8 without a byte order mark.
-///
-/// The encoding is that of the byte order mark, else UTF-16 if
-/// every other byte of the head is zero, else UTF-8 if most of what is not ASCII in the head is
-/// valid, else Windows-1252. Bytes that the encoding does not know become U+FFFD.
-///
-/// # Errors
-///
-/// What reading the head returns.
-pub fn utf8(mut reader: impl Read + Send + 'static) -> io::Result<Box<dyn Read + Send>> {
-    let head = read_head(&mut reader, ENCODING_BYTES)?;
-    let encoding = encoding(&head);
-    if encoding == UTF_8 && Encoding::for_bom(&head).is_none() {
-        let text = io::Cursor::new(head).chain(reader);
-        return Ok(Box::new(text));
-    }
-    let decoder = DecodeReaderBytesBuilder::new()
-        .encoding(Some(encoding))
-        .bom_override(true)
-        .strip_bom(true)
-        .build(io::Cursor::new(head).chain(reader));
-    Ok(Box::new(decoder))
-}
-
 /// The first bytes of a stream.
 ///
 /// # Errors
@@ -203,30 +174,4 @@ pub fn read_head(reader: &mut impl Read, bytes: usize) -> io::Result<Vec<u8>> {
     let mut head = Vec::new();
     reader.take(bytes as u64).read_to_end(&mut head)?;
     Ok(head)
-}
-
-fn encoding(head: &[u8]) -> &'static Encoding {
-    if has_zeros(head, 1) {
-        return UTF_16LE;
-    }
-    if has_zeros(head, 0) {
-        return UTF_16BE;
-    }
-    // The head may end within a character.
-    let text = String::from_utf8_lossy(head);
-    let text = text.strip_suffix('\u{fffd}').unwrap_or(&text);
-    let invalid = text.chars().filter(|c| *c == '\u{fffd}').count();
-    let foreign = text.chars().filter(|c| !c.is_ascii()).count();
-    if 2 * invalid > foreign {
-        WINDOWS_1252
-    } else {
-        UTF_8
-    }
-}
-
-/// Whether most of every second byte of the first 64, from `first` on, are zero.
-fn has_zeros(head: &[u8], first: usize) -> bool {
-    let every_second = head.iter().skip(first).step_by(2).take(32);
-    let zeros = every_second.clone().filter(|b| **b == 0).count();
-    every_second.len() >= 8 && 10 * zeros > 6 * every_second.len()
 }

@@ -4,7 +4,7 @@
 //!
 //! # Overview
 //!
-//! 1. [`source`]: a path, standard input or bytes; [`bytes`]: unpacked, in any encoding, as UTF-8;
+//! 1. [`source`]: a path, standard input or bytes; [`bytes`]: unpacked; [`encoding`]: as UTF-8;
 //!    [`read`](read()) does all of the following.
 //! 2. [`sniff`]: the head of a file to its [`Format`]: dialect, roles of the columns, claims.
 //! 3. [`Format::parse`]: lines to [`Rows`]: columns in the unit of the file. `cwa` does both for a
@@ -35,6 +35,7 @@ mod board;
 pub mod bytes;
 mod cwa;
 mod date;
+pub mod encoding;
 mod error;
 pub mod escape;
 #[doc(hidden)]

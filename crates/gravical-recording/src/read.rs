@@ -5,6 +5,7 @@ use std::path::Path;
 
 use crate::bytes::{self, Input, peek};
 use crate::cwa::{self, Samples};
+use crate::encoding;
 use crate::error::{Error, Result};
 use crate::finding::Case;
 use crate::foreign;
@@ -170,7 +171,7 @@ pub(crate) fn open_source(
         let opened = cwa::open(reader, options).map_err(|e| e.in_file(here))?;
         return Ok((opened.0, Source::Worn(Box::new(opened.1))));
     }
-    let mut text = bytes::utf8(reader).map_err(io)?;
+    let mut text = encoding::utf8(reader).map_err(io)?;
     let head = bytes::read_head(&mut text, HEAD_BYTES).map_err(io)?;
     foreign::refuse_calibration(&head, here)?;
     let file = here.file_name().unwrap_or_default().to_string_lossy();

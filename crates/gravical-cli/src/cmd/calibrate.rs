@@ -11,7 +11,8 @@ use gravical::poses::SegmentOptions;
 use gravical::recording::ReadOptions;
 use gravical::session::{SessionFiles, calibrate_files};
 use gravical_report::figure;
-use gravical_report::report::{self, Session};
+use gravical_report::figure::sessions::Session;
+use gravical_report::report;
 
 use crate::each::{self, EachArgs, Item, Outcome, Plan};
 use crate::failure::quality;

@@ -2,7 +2,7 @@
 
 use std::io::{Cursor, Read};
 
-use gravical_recording::{ReadOptions, bytes, read_bytes};
+use gravical_recording::{ReadOptions, encoding, read_bytes};
 use proptest::prelude::*;
 
 use crate::support::six_faces;
@@ -10,7 +10,7 @@ use crate::support::six_faces;
 /// Reads and counts; the lines of the text are counted anew.
 fn check(input: Vec<u8>) {
     let mut text = String::new();
-    let reader = bytes::utf8(Cursor::new(input.clone()));
+    let reader = encoding::utf8(Cursor::new(input.clone()));
     if !reader.is_ok_and(|mut reader| reader.read_to_string(&mut text).is_ok()) {
         return;
     }

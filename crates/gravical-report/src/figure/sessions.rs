@@ -5,12 +5,30 @@ use gravical::numfmt::milli_g;
 
 use super::drawing::Figure;
 use super::panel::{Axis, Panel, Role, Series, extent};
-use crate::report::Session;
 
 /// Errors that stand apart are named, so many at least and at most.
 const NAMED: [usize; 2] = [5, 20];
 /// Beyond the upper quartile by this many times the distance between quartiles, of logarithms (Tukey 1977).
 const APART: f64 = 1.5;
+
+/// What became of a session.
+#[derive(Debug, Clone, PartialEq, Default)]
+pub struct Session {
+    /// Its path.
+    pub name: String,
+    /// The address of its page, from that of all.
+    pub page: Option<String>,
+    /// Its sensor; empty where it is not named.
+    pub sensor: String,
+    /// When it was recorded; empty where that is unknown.
+    pub recorded: String,
+    /// Its grade; none where it failed.
+    pub grade: Option<Grade>,
+    /// Error in the worst direction, m/s².
+    pub error_mps2: Option<f64>,
+    /// The main reason.
+    pub reason: String,
+}
 
 /// The error of each session in its worst direction, by its grade.
 pub fn sessions(all: &[Session]) -> Vec<Figure> {

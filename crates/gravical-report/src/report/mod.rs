@@ -21,7 +21,7 @@ pub use denoise::denoise;
 pub use inspection::{inspection, origin};
 pub use motion::{motion, orientation};
 pub use noise::noise;
-pub use sessions::{Session, sessions};
+pub use sessions::sessions;
 
 use crate::document::{Block, Cell, Document, Place, Section, Table, short_name};
 

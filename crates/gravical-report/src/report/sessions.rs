@@ -7,25 +7,7 @@ use gravical::numfmt::{count, mg};
 
 use crate::document::{Cell, Document, Section, Table, Verdict};
 use crate::figure::Figure;
-
-/// What became of a session.
-#[derive(Debug, Clone, PartialEq, Default)]
-pub struct Session {
-    /// Its path.
-    pub name: String,
-    /// The address of its page, from that of all.
-    pub page: Option<String>,
-    /// Its sensor; empty where it is not named.
-    pub sensor: String,
-    /// When it was recorded; empty where that is unknown.
-    pub recorded: String,
-    /// Its grade; none where it failed.
-    pub grade: Option<Grade>,
-    /// Error in the worst direction, m/s².
-    pub error_mps2: Option<f64>,
-    /// The main reason.
-    pub reason: String,
-}
+use crate::figure::sessions::Session;
 
 /// The document of many sessions, with [its figure](crate::figure::sessions::sessions).
 pub fn sessions<'a>(all: &[Session], figures: &'a [Figure]) -> Document<'a> {

@@ -72,10 +72,12 @@ const PAGE: &str = include_str!("page/page.html");
 const STYLE: &str = include_str!("page/page.css");
 const SCRIPT: &str = concat!(
     "\"use strict\";\n",
+    include_str!("page/dom.js"),
     include_str!("page/board.js"),
     include_str!("page/session.js"),
     include_str!("page/markup.js"),
     include_str!("page/sound.js"),
+    include_str!("page/http.js"),
     include_str!("page/page.js"),
 );
 

@@ -1,15 +1,5 @@
 // Parts of the page that are built as a whole when an event changes them.
 
-class Markup extends String {}
-
-// A value in markup: text is always text, whatever a board sends; lists are joined, what is not there is nothing.
-function inMarkup(value) {
-  if (value instanceof Markup) return value;
-  if (Array.isArray(value)) return value.map(inMarkup).join("");
-  return value === false || value == null ? "" : String(value).replace(/[&<>"']/g, c => `&#${c.charCodeAt(0)};`);
-}
-const html = (parts, ...values) => new Markup(String.raw({ raw: parts }, ...values.map(inMarkup)));
-
 // With two digits, as the sentences of the program have them.
 const inMg = v => v > 0 ? `${v.toFixed(Math.max(0, Math.min(6, 1 - Math.floor(Math.log10(v)))))} mg` : "–";
 
@@ -30,16 +20,14 @@ function portMarkup(port, i) {
     <span><b>${what}</b><small>${where}</small></span></button>`;
 }
 
-const portsMarkup = ({ ports, tried, flash, simulate }) => html`
+const portsMarkup = ({ ports, tried, simulate, ...event }) => html`
   <div>
     ${ports.map(portMarkup)}
     ${tried && html`
       <button type="button" id="again" data-port="${tried}" aria-keyshortcuts="Enter">Try ${tried} again</button>`}
   </div>
   <div>
-    ${flash.length > 0 && html`<h2>Flash the sketch</h2>
-      <p class="note">Ours is for an Uno with an MPU6050. In the folder of gravical:</p>
-      ${flash.map(commandMarkup)}`}
+    ${host.flashMarkup(event)}
     ${simulate && html`<h2>No board at hand?</h2>
       <button type="button" data-command='{"command":"simulate"}' aria-keyshortcuts="S">Try the simulated sensor</button>`}
   </div>`;
@@ -87,22 +75,17 @@ function gradeMarkup({ grade, text }) {
   return html`<div class="grade mark ${grade}" data-mark="${GRADES[grade]}"><p><b>${title}</b><span>${rest}</span></p></div>`;
 }
 
-const savedMarkup = ({ file, folder }, grade) => html`
-  <p class="saved mark" data-mark="done"><span>Saved as <code>${file}</code>.
-    ${folder && html`The raw samples are in <code>${folder}</code>`}</span></p>
-  ${folder && grade !== "good" && html`<p><button type="button" class="primary"
-    data-command='{"command":"resume"}'>Go on with more poses</button></p>`}`;
+const resumeMarkup = text => html`<p><button type="button" class="primary" data-command='{"command":"resume"}'>${text}</button></p>`;
 
 const reportMarkup = address => html`
-  <iframe src="${address}" title="Calibration report"></iframe>
+  <iframe title="Calibration report"></iframe>
   <p><a href="${address}" target="_blank" rel="noopener">The report in a new tab</a></p>`;
 
 // The end of a session. One that was stopped has no result yet, whatever the last fit said.
-const resultMarkup = ({ verdict, saved, end, truth }, report) => html`
+const resultMarkup = ({ verdict, saved, end, truth }) => html`
   ${!saved?.report && verdict && (saved || verdict.final) && gradeMarkup(verdict)}
-  ${saved && savedMarkup(saved, verdict?.grade)}
-  ${end?.resume && html`<section><h2>Go on later</h2>
-    <p>Nothing is lost; this goes on where you stopped:</p>${commandMarkup(end.resume)}</section>`}
+  ${saved && host.savedMarkup(saved, verdict?.grade)}
+  ${end && !saved && host.laterMarkup(end)}
   ${truth && html`<p class="truth">${truth.text}</p>`}
-  ${saved?.report && reportMarkup(report)}
+  ${saved?.report && reportMarkup(host.report())}
   ${saved?.next.length > 0 && html`<section><h2>What to do next</h2>${saved.next.map(commandMarkup)}</section>`}`;

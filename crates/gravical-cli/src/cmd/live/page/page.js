@@ -1,17 +1,5 @@
 // The page: events in, what they change on it, keys and buttons back as commands.
 
-const token = encodeURIComponent(new URLSearchParams(location.search).get("token") ?? "");
-const address = name => `${name}?token=${token}`;
-
-const $ = selector => document.querySelector(selector);
-// What did not change is left alone, so that nothing is laid out or said anew.
-const write = (element, text) => { if (element.textContent !== text) element.textContent = text; };
-const show = (selector, shown) => { $(selector).hidden = !shown; };
-function render(element, markup) {
-  const text = String(markup);
-  if (element.rendered !== text) element.innerHTML = element.rendered = text;
-}
-
 let state = fresh();
 let answers = true;
 // A face is being chosen that is recorded again.
@@ -40,10 +28,8 @@ function update() {
   show("#result", is_over);
   if (is_asked) render($("#ports"), portsMarkup(state.ports));
   if (is_over) {
-    render($("#result"), resultMarkup(state, address("report")));
-    // The report is as high as it is: the page scrolls, not the frame.
-    const frame = $("iframe");
-    if (frame) frame.onload = () => new ResizeObserver(([{ target }]) => { frame.style.height = `${target.scrollHeight + 4}px`; }).observe(frame.contentDocument.body);
+    render($("#result"), resultMarkup(state));
+    showReport($("#result iframe"), host.fill);
   }
   updateBoard();
   updateTiles();
@@ -194,16 +180,8 @@ function announce(text) {
 
 async function send(command) {
   if (state.end && command.command !== "resume") return;
-  try {
-    const answer = await fetch(address("command"), {
-      method: "POST", headers: { "Content-Type": "application/json" }, body: JSON.stringify(command),
-    });
-    if (answer.ok) return;
-    const { error } = await answer.json().catch(() => ({}));
-    complain(error ?? `The program refused that (${answer.status}).`);
-  } catch {
-    complain("The program did not answer.");
-  }
+  const trouble = await host.send(command);
+  if (trouble) complain(trouble);
 }
 
 // What went wrong with a command; an event that follows takes its place.
@@ -262,7 +240,7 @@ function copy(button) {
 
 document.addEventListener("click", e => {
   sound.wake();
-  const button = e.target.closest("button");
+  const button = e.target.closest("#session button, #mute");
   if (!button) return;
   press(button);
   // A click leaves no focus behind, so that Space goes on meaning "capture".
@@ -317,33 +295,6 @@ function take(event) {
   updateSoon();
 }
 
-let silence = 0;
-function listen() {
-  const stream = new EventSource(address("events"));
-  stream.addEventListener("open", () => {
-    answers = true;
-    clearTimeout(silence);
-    silence = 0;
-    is_replay = true;
-    updateSoon();
-  });
-  stream.addEventListener("error", () => {
-    // After the end the program may go: there is nothing to wait for.
-    if (state.end) stream.close();
-    // A stream that is opened again at once is not worth a word; one that fails again and again is.
-    silence ||= setTimeout(() => {
-      answers = false;
-      updateSoon();
-    }, 1500);
-    // A refused connection is final for the browser, so it is tried again here.
-    if (stream.readyState === EventSource.CLOSED && !state.end) setTimeout(listen, 2000);
-  });
-  stream.addEventListener("message", e => {
-    e.data.split("\n").filter(Boolean).forEach(line => take(JSON.parse(line)));
-    is_replay = false;
-  });
-}
-
 render($("#tiles"), html`${FACES.map(tileMarkup)}`);
 for (const tile of document.querySelectorAll("[data-face]")) {
   draw(tile.querySelector(".drawing"), lying(directionOf(tile.dataset.face)));
@@ -351,5 +302,19 @@ for (const tile of document.querySelectorAll("[data-face]")) {
 draw($("#board"), attitude);
 draw($("#next .drawing"), attitude);
 sound.read();
-updateSoon();
-listen();
+host.listen({
+  // All events come, from the first.
+  begin() {
+    answers = is_replay = true;
+    updateSoon();
+  },
+  events(events) {
+    events.forEach(take);
+    is_replay = false;
+  },
+  silence() {
+    answers = false;
+    updateSoon();
+  },
+  hasEnded: () => Boolean(state.end),
+});

@@ -1,0 +1,57 @@
+#!/usr/bin/env python3
+"""bundle.py WASM DIST: the page as one file, gravical.html; and index.html with gravical.wasm beside it, to be served."""
+
+import base64
+import datetime
+import gzip
+import os
+import re
+import sys
+from pathlib import Path
+
+HERE = Path(__file__).resolve().parent
+ROOT = HERE.parent
+SHARED = ROOT / "crates/gravical-report/src/style"
+LIVE = ROOT / "crates/gravical-cli/src/cmd/live/page"
+STYLES = [SHARED / "shared.css", HERE / "page/web.css"]
+SCRIPTS = [LIVE / "dom.js", HERE / "page/engine.js", HERE / "page/files.js"]
+SKETCH = ROOT / "firmware/mpu6050_logger/mpu6050_logger.ino"
+EXAMPLES = {"poses.csv": ROOT / "examples/demo/poses/poses.csv", "move.csv": ROOT / "examples/demo/line/line.csv"}
+# The page can reach nothing: a browser refuses whatever it would send. What lies beside it is fetched, where it does.
+POLICY = (
+    "default-src 'none'; script-src 'unsafe-inline' 'wasm-unsafe-eval'; style-src 'unsafe-inline'; worker-src blob:; "
+    "img-src data: blob:; frame-src blob:; base-uri 'none'; form-action 'none'; connect-src {connect}"
+)
+
+
+def joined(paths):
+    return "\n".join(path.read_text() for path in paths)
+
+
+def inert(name, text, kind=""):
+    """Text that the page reads, and that the browser does not run."""
+    assert "</script" not in text, name
+    return f'<script type="text/plain" id="{name}" class="{kind}">{text}</script>\n'
+
+
+def packed(data):
+    return base64.b64encode(gzip.compress(data, 9, mtime=0)).decode()
+
+
+def page(wasm, version):
+    parts = inert("worker", (HERE / "page/worker.js").read_text()) + inert("sketch", SKETCH.read_text())
+    parts += "".join(inert(f"{name}.gz", packed(path.read_bytes()), "example") for name, path in EXAMPLES.items())
+    parts += inert("wasm", packed(wasm)) if wasm else ""
+    values = {"policy": POLICY.format(connect="'none'" if wasm else "'self'"), "style": joined(STYLES), "parts": parts,
+              "version": version, "script": joined(SCRIPTS)}
+    return re.sub(r"\{(policy|style|parts|version|script)\}", lambda m: values[m[1]], (HERE / "page/page.html").read_text())
+
+
+wasm, dist = Path(sys.argv[1]).read_bytes(), Path(sys.argv[2])
+day = datetime.datetime.fromtimestamp(int(os.environ.get("SOURCE_DATE_EPOCH", datetime.datetime.now().timestamp())), datetime.timezone.utc)
+number = re.search(r'^version = "(.*)"', (ROOT / "Cargo.toml").read_text(), re.M)[1]
+version = f"{number}, {day:%Y-%m-%d}"
+dist.mkdir(parents=True, exist_ok=True)
+for name, data in [("gravical.wasm", wasm), ("index.html", page(None, version).encode()), ("gravical.html", page(wasm, version).encode())]:
+    (dist / name).write_bytes(data)
+    print(f"{dist / name}: {len(data) / 1e6:.2f} MB")

@@ -1,0 +1,233 @@
+// Files that are dropped: what is in them, and what can be computed of them.
+
+// Each has name, bytes, kind (recording, calibration, noise) and what was found, or the error.
+let dropped = [];
+let chosen = null, result = null;
+let isFolder = false;
+
+const ofKind = kind => dropped.filter(entry => entry.kind === kind);
+const recordings = () => ofKind("recording");
+// The recording that verbs of one recording take.
+const current = () => recordings().includes(chosen) ? chosen : recordings()[0];
+// Those that a calibration is computed from.
+const poses = () => recordings().filter(entry => entry.is_pose);
+const latest = () => ofKind("calibration").at(-1);
+const as = (role, ...entries) => entries.filter(Boolean).map(entry => ({ ...entry, role }));
+
+// What can be pressed: its name, which files it takes, null where they are not there.
+const one = () => current() ? as("", current()) : null;
+const withCalibration = files => latest() && files?.length ? [...files, ...as("calibration", latest())] : null;
+const VERBS = {
+  calibrate: ["Calibrate", () => poses().length ? as("", ...poses()) : null],
+  motion: ["Position", () => one() && [...one(), ...as("calibration", latest())]],
+  orient: ["Orientation", () => one() && [...one(), ...as("calibration", latest())]],
+  check: ["Check", () => withCalibration(as("", ...(recordings().some(e => !e.is_pose) ? recordings().filter(e => !e.is_pose) : recordings())))],
+  apply: ["Apply", () => withCalibration(one())],
+  denoise: ["Denoise", one],
+  noise: ["Noise", one],
+  convert: ["Convert", one],
+  compare: ["Compare", () => ofKind("calibration").length === 2 ? as("calibration", ...ofKind("calibration")) : null],
+};
+
+async function take_in(list, folder = false, silently = false) {
+  // What comes when there is a calibration is not meant for it.
+  const is_late = Boolean(latest());
+  document.body.dataset.view = "files";
+  if (dropped.length === 0) isFolder = folder;
+  for (const file of list) {
+    const entry = { name: file.name, size: file.size, is_pose: !is_late };
+    dropped.push(entry);
+    update();
+    try {
+      entry.bytes = new Uint8Array(await file.arrayBuffer());
+      await look(entry);
+    } catch (error) {
+      entry.error = error;
+    }
+    update();
+  }
+  if (silently) return;
+  // Without a calibration among them they are a session.
+  const verb = latest() ? recordings().length ? "motion" : ofKind("calibration").length === 2 ? "compare" : null : recordings().length ? "calibrate" : null;
+  if (verb) await compute(verb);
+}
+
+async function look(entry) {
+  const { result: found, files } = await engine.ask({ do: "inspect", options: options() }, [entry]);
+  Object.assign(entry, found, { page: files[0]?.bytes, error: null });
+}
+
+// The form as options of gravical, by their names; what is empty is not given.
+function options() {
+  const given = {};
+  for (const { name, value, inputMode } of $("#options").elements) {
+    const text = value?.trim();
+    if (!name || !text) continue;
+    const number = Number(text.replace(",", "."));
+    if (inputMode === "decimal" && !Number.isFinite(number)) throw new Error(`“${text}” is no number.`);
+    given[name] = inputMode === "decimal" ? number : name === "filter" ? text.split(/\s+/) : text;
+  }
+  return given;
+}
+
+async function compute(verb) {
+  const files = VERBS[verb][1]();
+  if (!files) return;
+  result = { verb, is_busy: true, began: performance.now() };
+  update();
+  const clock = setInterval(update, 1000);
+  try {
+    const given = { ...options(), of_folder: isFolder || files.length > 1 && verb === "calibrate" };
+    if (verb === "denoise") given.filter ??= ["hampel:7,3", "butter:4,5Hz"];
+    const done = await engine.ask({ do: verb, options: given }, files);
+    const report = done.files.find(f => f.name === "report.html");
+    result = { verb, done, files: done.files.map(f => f === report ? { ...f, name: `${verb}.html` } : f), report: report?.bytes };
+    if (verb === "calibrate") {
+      const { bytes } = done.files.find(f => f.name === "calibration.json"), { result: found } = await engine.ask({ do: "inspect" }, [{ name: "calibration.json", bytes }]);
+      dropped = [...dropped.filter(entry => !entry.is_made), { name: "calibration.json", bytes, ...found, is_made: true }];
+    }
+  } catch (error) {
+    result = { verb, error };
+  }
+  clearInterval(clock);
+  update();
+}
+
+// ---- The view ----
+
+// The address of a page, for a tab; always the same of the same bytes.
+const addresses = new WeakMap();
+function address(bytes) {
+  if (!addresses.has(bytes)) addresses.set(bytes, URL.createObjectURL(new Blob([bytes], { type: "text/html" })));
+  return addresses.get(bytes);
+}
+
+const inWords = {
+  recording({ inspection: { timing, row_counts, accelerometer, gyroscope, findings } }) {
+    const rate = timing.median_rate_hz ?? timing.rate_hz;
+    return [`${row_counts.rows.toLocaleString("en")} rows`, rate && `${rate.toFixed(1)} Hz`, accelerometer.unit.replace("^2", "²"),
+      gyroscope && "gyroscope", findings.length > 0 && `${findings.length} ${findings.length === 1 ? "finding" : "findings"}`].filter(Boolean).join(" · ");
+  },
+  calibration: ({ verdict, is_made }) => `calibration: ${verdict.grade.replace("-", " ")}${is_made ? ", of these recordings" : ""}`,
+  noise: () => "noise of a sensor, for export",
+};
+
+const entryMarkup = (entry, i) => html`<li data-mark="${entry.error ? "poor" : entry.kind ? "good" : "note"}" class="${entry === current() && recordings().length > 1 && "chosen"}">
+  <p class="mark">${entry.kind === "recording" ? html`<button type="button" class="text" data-pick="${i}" aria-pressed="${entry === current()}">${entry.name}</button>` : html`<b>${entry.name}</b>`}</p>
+  ${entry.page && html`<button type="button" class="quiet" data-inspect="${i}">Look inside</button>`}
+  ${entry.kind === "recording" && recordings().length > 1 && html`<label class="quiet"><input type="checkbox" data-pose="${i}" ${entry.is_pose && "checked"}> for the calibration</label>`}
+  <button type="button" class="quiet" data-drop="${i}" aria-label="Remove ${entry.name}">×</button>
+  <small>${entry.error ? entry.error.message : entry.kind ? inWords[entry.kind](entry) : `reading ${(entry.size / 1e6).toFixed(1)} MB …`}</small>
+  ${entry.error && remedyMarkup(entry.error)}</li>`;
+
+// What helps: a hint, and for each option that the form has a button that sets it.
+const remedyMarkup = ({ hint, options: helps = [] }) => html`
+  ${hint && html`<small class="hint">${hint}</small>`}
+  ${helps.filter(o => o.value && $("#options").elements[o.name]).map(o => html`<button type="button" data-option="${o.name}" data-value="${o.value}">Take ${o.name.replace("_", " ")} as ${o.value}</button>`)}`;
+
+function resultMarkup({ verb, is_busy, began, error, done, files, report }) {
+  if (is_busy) return html`<p class="mark" data-mark="note"><span>Computing … ${Math.round((performance.now() - began) / 1e3)} s</span></p>
+    <p><button type="button" data-cancel>Cancel</button></p>`;
+  if (error) return html`<div class="fault mark" data-mark="poor"><p><b>${error.code === "cancelled" ? "Cancelled" : "This cannot be computed"}</b> <span>${error.code !== "cancelled" && error.message}</span></p></div>
+    ${remedyMarkup(error)}`;
+  const forExport = verb === "calibrate" ? "calibration" : verb === "noise" ? "noise" : null;
+  const targets = forExport && TARGETS.filter(t => (t.name === "kalibr") === (forExport === "noise"));
+  return html`<div class="row downloads">
+      ${files.map((f, i) => html`<button type="button" data-save="${i}" class="${i === 0 && "primary"}">↓ ${f.name}</button>`)}
+      ${targets && html`<label>Export to <select data-export="${forExport}"><option value="">…</option>${targets.map(t => html`<option value="${t.name}" title="${t.holds}">${t.name}</option>`)}</select></label>`}</div>
+    ${done.result.notes && done.result.notes.map(note => html`<p class="note">${note}</p>`)}
+    ${report ? html`<iframe title="Report"></iframe><p><a href="${address(report)}" target="_blank" rel="noopener">The report in a new tab</a></p>` : html`<p class="mark" data-mark="good"><span>${done.result.rows?.toLocaleString("en")} rows: ${files[0].name} is ready.</span></p>`}`;
+}
+
+function update() {
+  const is_busy = result?.is_busy || dropped.some(e => !e.kind && !e.error);
+  render($("#list"), html`${dropped.map(entryMarkup)}`);
+  render($(".verbs"), html`${Object.entries(VERBS).map(([verb, [name, files]]) => html`<button type="button" data-verb="${verb}" aria-pressed="${result?.verb === verb}" ${(is_busy || !files()) && "disabled"}>${name}</button>`)}`);
+  render($("#computed"), result ? resultMarkup(result) : "");
+  const frame = $("iframe:not([srcdoc])");
+  if (frame) {
+    frame.srcdoc = new TextDecoder().decode(result.report);
+    // The report is as high as it is: the page scrolls, not the frame.
+    frame.onload = () => new ResizeObserver(([{ target }]) => { frame.style.height = `${target.scrollHeight + 4}px`; }).observe(frame.contentDocument.body);
+  }
+  show("#trouble", false);
+}
+
+function trouble(error) {
+  write($("#trouble"), error?.message ?? String(error));
+  show("#trouble", true);
+}
+
+// The files of what is dropped: of folders those inside.
+async function filesOf(items) {
+  const files = [];
+  let folder = false;
+  async function walk(entry) {
+    if (entry.isFile) return files.push(await new Promise((done, fail) => entry.file(done, fail)));
+    folder = true;
+    const reader = entry.createReader();
+    for (let some; (some = await new Promise((done, fail) => reader.readEntries(done, fail))).length;) for (const inner of some) if (inner.isFile) await walk(inner);
+  }
+  for (const entry of [...items].map(item => item.webkitGetAsEntry()).filter(Boolean)) await walk(entry);
+  return [files.sort((a, b) => a.name.localeCompare(b.name)), folder];
+}
+
+// What buttons do, by their data.
+const DOES = {
+  choose: what => $(what === "folder" ? "#folder" : "#chosen").click(),
+  async example() {
+    const [poses, ...others] = [...document.querySelectorAll(".example")].map(e => new File([packed(e)], e.id));
+    await take_in([poses]);
+    await take_in(others, false, true);
+  },
+  sketch: () => save("mpu6050_logger.ino", $("#sketch").textContent),
+  verb: compute,
+  cancel: () => engine.cancel(),
+  pick(i) { chosen = dropped[i]; update(); },
+  save: i => save(result.files[i].name, result.files[i].bytes),
+  inspect(i) { result = { verb: "inspect", done: { result: {} }, files: [{ name: "inspection.html", bytes: dropped[i].page }], report: dropped[i].page }; update(); },
+  drop(i) { dropped.splice(Number(i), 1); update(); },
+  async option(name, { value }) { $("#options").elements[name].value = value; await again(); },
+};
+
+// With the options as they are now: files that could not be read, and the result.
+async function again() {
+  for (const entry of dropped.filter(e => e.error && e.bytes)) await look(entry).catch(error => { entry.error = error; });
+  update();
+  await compute(result?.verb in VERBS ? result.verb : "calibrate");
+}
+
+const EXTENSIONS = { c: "h", arduino: "h", rust: "rs", python: "py", ros: "yaml", ros2: "yaml", kalibr: "yaml", imucal: "json", gravical: "json" };
+async function exportTo(target, kind) {
+  const bytes = result.files.find(f => f.name === (kind === "noise" ? "noise.json" : "calibration.json")).bytes;
+  const done = await engine.ask({ do: "export", options: { to: target } }, [{ name: "calibration.json", bytes, role: "calibration" }]);
+  save(`${target}-imu.${EXTENSIONS[target] ?? "txt"}`, done.files[0].bytes);
+  result.done = { ...result.done, result: { ...result.done.result, notes: done.result.notes } };
+  update();
+}
+
+let TARGETS = [];
+document.addEventListener("click", e => {
+  const button = e.target.closest("button");
+  const [name, value] = Object.entries(button?.dataset ?? {}).find(([name]) => name in DOES) ?? [];
+  if (name) Promise.resolve(DOES[name](value, button.dataset)).catch(trouble);
+});
+document.addEventListener("change", e => {
+  if (e.target.matches("[data-export]") && e.target.value) exportTo(e.target.value, e.target.dataset.export).catch(trouble).finally(() => { e.target.value = ""; });
+  if (e.target.matches("[data-pose]")) { dropped[e.target.dataset.pose].is_pose = e.target.checked; update(); }
+  if (e.target.matches("[type=file]")) {
+    take_in([...e.target.files], e.target.id === "folder").catch(trouble);
+    e.target.value = "";
+  }
+});
+$("#options").addEventListener("submit", e => { e.preventDefault(); again().catch(trouble); });
+for (const type of ["dragenter", "dragover", "dragleave", "drop"]) {
+  document.addEventListener(type, e => {
+    e.preventDefault();
+    document.body.classList.toggle("dragging", type === "dragenter" || type === "dragover");
+    if (type === "drop") filesOf(e.dataTransfer.items).then(([files, folder]) => take_in(files, folder)).catch(trouble);
+  });
+}
+
+engine.start(loadModule, $("#worker").textContent).then(() => engine.ask({ do: "targets" })).then(done => { TARGETS = done.result; }).catch(trouble);
+update();
