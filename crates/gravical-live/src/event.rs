@@ -179,6 +179,15 @@ impl Message {
         }
     }
 
+    /// Whether it belongs to the journal: all but the status, and what precedes the first row.
+    pub fn is_recorded(&self) -> bool {
+        let is_passing = matches!(
+            self.event,
+            Event::Status(_) | Event::Connecting { .. } | Event::Ports { .. }
+        );
+        !is_passing
+    }
+
     /// One line of JSON, without its end.
     pub fn to_json(&self) -> String {
         // Names and numbers are always JSON.

@@ -12,7 +12,8 @@ use gravical_calibrate::calibrate::{CalibrateOptions, Calibrated, calibrate};
 use gravical_calibrate::calibration_file::{InputFile, InputRole};
 use gravical_calibrate::gravity::Gravity;
 use gravical_calibrate::poses::sections::Section;
-use gravical_calibrate::recording::{ReadOptions, Recording, read};
+use gravical_calibrate::recording::source::Named;
+use gravical_calibrate::recording::{ReadOptions, Recording, read, read_named};
 use gravical_calibrate::stats::moments;
 use gravical_recording::Result;
 
@@ -54,14 +55,19 @@ impl Journal {
     ///
     /// Those of the file; `journal-syntax` (input) with the line.
     pub fn read(folder: &Path) -> Result<Self> {
-        Self::read_with_input(folder).map(|(journal, _)| journal)
+        Self::read_with_input(Named::Path(&folder.join(JOURNAL))).map(|(journal, _)| journal)
     }
 
-    fn read_with_input(folder: &Path) -> Result<(Self, InputFile)> {
-        let path = folder.join(JOURNAL);
-        InputFile::read(&path, InputRole::Sections, |bytes| {
+    /// Reads a journal, in memory too; with the file.
+    ///
+    /// # Errors
+    ///
+    /// As [`read`](Self::read).
+    pub fn read_with_input(file: Named<'_>) -> Result<(Self, InputFile)> {
+        let path = file.path();
+        InputFile::read(file, InputRole::Sections, |bytes| {
             let mut journal = Journal {
-                folder: folder.to_owned(),
+                folder: path.parent().unwrap_or(Path::new("")).to_owned(),
                 ..Journal::default()
             };
             let lines = bytes.split_inclusive(|b| *b == b'\n').zip(1..);
@@ -71,7 +77,7 @@ impl Journal {
                 }
                 let message: Message = serde_json::from_slice(line).map_err(|e| {
                     let why = e.to_string();
-                    Problem::NotAnEvent { why }.error().at(&path, Some(number))
+                    Problem::NotAnEvent { why }.error().at(path, Some(number))
                 })?;
                 journal.add(message.event);
             }
@@ -139,20 +145,20 @@ impl Journal {
     }
 }
 
-/// Calibrates with the poses of a session, and with its gravity unless one is `given`. Returns
-/// the recording, too.
+/// Calibrates with the poses of a session, its recording and its journal, and with its gravity unless one is `given`.
+/// Returns the recording, too.
 ///
 /// # Errors
 ///
 /// Those of [`Journal`], of reading and of [`calibrate`].
 pub fn calibrate_session(
-    folder: &Path,
+    [recording, journal]: [Named<'_>; 2],
     read_options: &ReadOptions,
     options: &CalibrateOptions,
     given: Option<Gravity>,
 ) -> Result<(Vec<Recording>, Calibrated)> {
-    let (journal, input) = Journal::read_with_input(folder)?;
-    let recording = read(folder.join(RECORDING), read_options)?;
+    let (journal, input) = Journal::read_with_input(journal)?;
+    let recording = read_named(recording, read_options)?;
     let mut options = options.clone();
     options.segment.sections = Some(journal.sections(&recording)?);
     options.gravity = given.unwrap_or(journal.gravity);

@@ -14,6 +14,7 @@
 //! → accepted or rejected, and again, until the user finishes. Rows may stop at any time
 //! ([`Session::lost`]). [`event`] has the events and commands, `docs/live.md` describes them;
 //! [`folder`] is the folder of a session, which `gravical calibrate` accepts.
+//! [`Guide`] puts the words around a session that its hosts share: the program, and the page in the browser.
 //! [`recorder`] makes the recording from the bytes of a board; it has no clock and no I/O, either. [`SimulatedBoard`]
 //! takes the place of a board.
 //!
@@ -41,6 +42,7 @@
 
 pub mod event;
 pub mod folder;
+mod guide;
 mod options;
 mod problem;
 pub mod recorder;
@@ -50,6 +52,7 @@ mod simulated;
 mod words;
 
 pub use event::{Command, EVENTS_VERSION, Event, Message, Pose};
+pub use guide::Guide;
 pub use options::LiveOptions;
 pub use session::Session;
 pub use simulated::SimulatedBoard;

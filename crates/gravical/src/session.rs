@@ -5,7 +5,8 @@ use std::path::{Path, PathBuf};
 use crate::Result;
 use crate::calibrate::{CalibrateOptions, Calibrated, calibrate};
 use crate::gravity::Gravity;
-use crate::live::folder::{calibrate_session, is_session};
+use crate::live::folder::{JOURNAL, RECORDING, calibrate_session, is_session};
+use crate::recording::source::Named;
 use crate::recording::{ReadOptions, Recording};
 
 #[doc(hidden)]
@@ -33,7 +34,9 @@ pub fn calibrate_files(
         && gyro.is_none()
         && is_session(folder)
     {
-        return calibrate_session(folder, how, options, gravity);
+        let [recording, journal] = [RECORDING, JOURNAL].map(|name| folder.join(name));
+        let files = [Named::Path(&recording), Named::Path(&journal)];
+        return calibrate_session(files, how, options, gravity);
     }
     let (recordings, left_out) = read_session(inputs, gyro, how)?;
     let mut done = calibrate(&recordings, options)?;

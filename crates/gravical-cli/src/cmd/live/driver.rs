@@ -8,10 +8,11 @@ use std::time::{Duration, Instant};
 use gravical::calibrate::CalibrateOptions;
 use gravical::calibration_file::Grade;
 use gravical::escape::path_word;
-use gravical::live::event::{Command, EndReason, Event, Loss, Message, Rejection, SourceKind};
+use gravical::live::Guide;
+use gravical::live::event::{Command, EndReason, Event, Rejection, SourceKind};
 use gravical::live::folder::{JOURNAL, Journal, RECORDING, calibrate_session};
-use gravical::live::{Session, recorder};
 use gravical::numfmt::count;
+use gravical::recording::source::Named;
 use gravical::{Error, Result};
 use gravical_report::{figure, report};
 
@@ -32,7 +33,7 @@ struct Driver<'a> {
     args: &'a Args,
     console: &'a mut Console,
     opened: OpenSource,
-    session: Session,
+    guide: Guide,
     /// An event a line.
     journal: Option<LogFile>,
     /// Time of the last event, s.
@@ -60,12 +61,14 @@ pub fn run(
     let options = args.session_options(opened.kind, before)?;
     let existing = Existing::of_session(before.is_some());
     let journal = folder.map(|f| LogFile::open(&f.join(JOURNAL), existing));
+    let mut guide = Guide::new(opened.kind, &opened.name, &recording, options);
+    guide.folder = folder.map(|f| f.display().to_string());
     let mut driver = Driver {
         args,
         console,
         busy_until_s: 0.0,
         opened,
-        session: Session::new(&recording, options),
+        guide,
         journal: journal.transpose()?,
         now_s: 0.0,
     };
@@ -76,7 +79,7 @@ pub fn run(
     let done = match ended {
         Err(error) => Err(error.into()),
         Ok(()) if driver.console.is_interrupted() => driver.stopped(),
-        Ok(()) if driver.session.is_done() => driver.save(),
+        Ok(()) if driver.guide.session.is_done() => driver.save(),
         Ok(()) => return driver.out_of_rows(),
     };
     if let Err(error) = &done {
@@ -89,23 +92,14 @@ pub fn run(
 impl Driver<'_> {
     /// The session begins, or goes on.
     fn begin(&mut self, before: Option<&Journal>) -> Result<()> {
-        let mut text = self.opened.name.clone();
-        if let Some(folder) = self.folder_name() {
-            text += &format!("; the session is in {folder}");
-        }
-        let event = Event::Session {
-            source: self.opened.kind,
-            name: self.opened.name.clone(),
-            folder: self.folder_name(),
-            gravity: self.session.gravity(),
-        };
-        self.note(event, &text)?;
+        self.guide.begin();
+        self.show()?;
         let first = std::mem::take(&mut self.opened.first);
         if let (Some(journal), Some(folder)) = (before, &self.args.folder) {
             let path = folder.join(RECORDING);
             let mut bytes = std::fs::read(&path).map_err(|e| Error::io(&path, e))?;
             bytes.truncate(self.opened.restored_bytes as usize);
-            for message in self.session.restore(&bytes, journal)? {
+            for message in self.guide.restore(&bytes, journal)? {
                 self.now_s = message.t_s;
                 self.console.show(&message)?;
             }
@@ -120,11 +114,10 @@ impl Driver<'_> {
     /// Reads rows and does what the user wants, until there is an end.
     fn guide(&mut self) -> Result<()> {
         let started = Instant::now();
-        while !self.console.is_interrupted() && !self.session.is_done() {
+        while !self.console.is_interrupted() && !self.guide.session.is_done() {
             let Some(next) = self.opened.source.next()? else {
-                let messages = self.session.settle_format()?;
-                self.show(messages)?;
-                return self.command(&Command::Finish);
+                self.guide.finish()?;
+                return self.show();
             };
             self.receive(next)?;
             let kind = self.opened.kind;
@@ -142,40 +135,16 @@ impl Driver<'_> {
     }
 
     /// Passes to the session what the source has.
-    fn receive(&mut self, incoming: Incoming) -> Result<()> {
-        let Incoming { bytes, events } = incoming;
-        let mut messages = Vec::new();
-        if !bytes.is_empty() {
-            messages = self.session.resumed();
-            messages.extend(self.session.bytes(&bytes)?);
-            if self.opened.kind == SourceKind::Port {
-                // The logger has waited for rows enough, also of a slow sensor.
-                messages.extend(self.session.settle_format().unwrap_or_default());
-            }
-        }
-        self.show(messages)?;
-        for event in events {
-            match event {
-                recorder::Event::Lost { .. } => self.lost(Loss::Unplugged)?,
-                recorder::Event::Silent { .. } => self.lost(Loss::Silent)?,
-                recorder::Event::Warning { text } | recorder::Event::Waiting { text } => {
-                    self.warn(&text)?
-                }
-                _ => {}
-            }
-        }
-        Ok(())
+    fn receive(&mut self, Incoming { bytes, events }: Incoming) -> Result<()> {
+        let received = self.guide.receive(&bytes, events);
+        self.show()?;
+        received
     }
 
-    fn lost(&mut self, why: Loss) -> Result<()> {
-        let messages = self.session.lost(why);
-        self.show(messages)
-    }
-
-    /// Shows events; they are safe in the journal before, and so are the rows that they are of.
-    fn show(&mut self, messages: Vec<Message>) -> Result<()> {
-        let is_recorded = |m: &&Message| !matches!(m.event, Event::Status(_));
-        let recorded = messages.iter().filter(is_recorded);
+    /// Shows what was said; it is safe in the journal before, and so are the rows that it is about.
+    fn show(&mut self) -> Result<()> {
+        let messages = self.guide.take();
+        let recorded = messages.iter().filter(|m| m.is_recorded());
         let lines: String = recorded.map(|m| m.to_json() + "\n").collect();
         if let Some(journal) = &mut self.journal
             && !lines.is_empty()
@@ -206,10 +175,13 @@ impl Driver<'_> {
         while let Ok(command) = self.console.clicked.try_recv() {
             self.command(&command)?;
         }
-        while self.now_s >= self.busy_until_s && !self.session.is_done() {
+        while self.now_s >= self.busy_until_s && !self.guide.session.is_done() {
             match self.console.typed.try_recv() {
                 Ok(Ok(command)) => self.command(&command)?,
-                Ok(Err(text)) => self.warn(&text)?,
+                Ok(Err(text)) => {
+                    self.guide.warn(&text);
+                    self.show()?;
+                }
                 Err(error) => return Ok(error != TryRecvError::Disconnected),
             }
         }
@@ -221,29 +193,25 @@ impl Driver<'_> {
             // The program ends as after Ctrl-C.
             self.console.interrupt();
         }
-        match self.opened.source.hand(command, self.session.next_up()) {
-            Ok(true) => {
-                self.busy_until_s = self.now_s + HAND_S;
-                Ok(())
-            }
-            Ok(false) => {
-                let messages = self.session.command(command);
-                self.show(messages)
-            }
-            Err(error) => self.warn(&error.to_string()),
+        let asked = self.guide.session.next_up();
+        match self.opened.source.hand(command, asked) {
+            Ok(true) => self.busy_until_s = self.now_s + HAND_S,
+            Ok(false) => self.guide.command(command),
+            Err(error) => self.guide.warn(&error.to_string()),
         }
+        self.show()
     }
 
     // Ends.
 
     /// The user has ended it: what was recorded is kept.
     fn stopped(&mut self) -> anyhow::Result<ExitCode> {
-        let (reason, what) = if self.session.is_done() {
+        let (reason, what) = if self.guide.session.is_done() {
             (EndReason::Cancelled, "Cancelled without a calibration")
         } else {
             (EndReason::Interrupted, "Interrupted")
         };
-        let text = match self.folder_name() {
+        let text = match &self.guide.folder {
             Some(folder) => format!("{what}; what was recorded is in {folder}."),
             None => what.to_owned(),
         };
@@ -252,7 +220,7 @@ impl Driver<'_> {
     }
 
     fn out_of_rows(&mut self) -> anyhow::Result<ExitCode> {
-        let poses = count(self.session.poses().count(), "pose");
+        let poses = count(self.guide.session.poses().count(), "pose");
         let what = format!("the rows ended after {poses}, too few for a calibration");
         self.end(EndReason::SourceEnded, &what)?;
         let error = Error::input("too-few-poses", what).with_hint(match self.resume_command() {
@@ -270,19 +238,18 @@ impl Driver<'_> {
                 ..CalibrateOptions::default()
             };
             let read = self.args.read_options();
-            calibrate_session(folder, &read, &options, Some(self.session.gravity()))
+            let [recording, journal] = [RECORDING, JOURNAL].map(|name| folder.join(name));
+            let files = [Named::Path(&recording), Named::Path(&journal)];
+            let gravity = Some(self.guide.session.gravity());
+            calibrate_session(files, &read, &options, gravity)
         });
         let recorded = recorded.transpose()?;
         let file = recorded.as_ref().map(|(_, done)| &done.calibration);
-        let file = file.or(self.session.calibration()).cloned();
+        let file = file.or(self.guide.session.calibration()).cloned();
         let file = file.ok_or_else(|| Error::input("too-few-poses", "there is no calibration"))?;
         let grade = file.grade();
-        let output = self.args.output();
-        let done = match &output {
-            Some(_) => "Done and saved",
-            None => "Done, and not saved (-o cal.json does)",
-        };
-        if let Some(output) = output {
+        let mut saved = None;
+        if let Some(output) = self.args.output() {
             file.write(&output, false)?;
             let mut written = None;
             if let (Some(folder), Some((recordings, done))) = (&self.args.folder, &recorded) {
@@ -294,24 +261,22 @@ impl Driver<'_> {
                 match write_report(&path, false, &document) {
                     Ok(()) => written = Some(path.display().to_string()),
                     // The calibration is saved all the same.
-                    Err(error) => self.warn(&format!("the report was not written: {error}"))?,
+                    Err(error) => self
+                        .guide
+                        .warn(&format!("the report was not written: {error}")),
                 }
             }
-            let saved = Event::Saved {
+            let event = Event::Saved {
                 file: output.display().to_string(),
-                folder: self.folder_name(),
+                folder: self.guide.folder.clone(),
                 report: written,
                 next: self.next_steps(grade, &path_word(&output)),
             };
-            let text = format!("Saved to {}.", output.display());
-            self.note(saved, &text)?;
+            saved = Some((event, format!("Saved to {}.", output.display())));
         }
-        if let Some((event, text)) = self.opened.source.truth(&file) {
-            self.note(event, &text)?;
-        }
-        let poses = count(self.session.poses().count(), "pose");
-        let text = format!("{done}: {poses}, verdict {grade}");
-        self.end(EndReason::Finished, &text)?;
+        let truth = self.opened.source.truth(&file);
+        self.guide.done(&file, saved, truth);
+        self.show()?;
         Ok(failure::quality(grade == Grade::Poor))
     }
 
@@ -334,27 +299,8 @@ impl Driver<'_> {
     }
 
     fn end(&mut self, reason: EndReason, text: &str) -> Result<()> {
-        let resume = self.resume_command();
-        let event = Event::End {
-            reason,
-            poses: self.session.poses().count() as u32,
-            resume: resume.filter(|_| reason != EndReason::Finished),
-        };
-        self.note(event, text)
-    }
-
-    fn warn(&mut self, text: &str) -> Result<()> {
-        self.note(Event::Warning, text)
-    }
-
-    /// Shows what only the program knows.
-    fn note(&mut self, event: Event, text: &str) -> Result<()> {
-        self.show(vec![Message::new(self.now_s, event, text)])
-    }
-
-    fn folder_name(&self) -> Option<String> {
-        let folder = self.args.folder.as_ref()?;
-        Some(folder.display().to_string())
+        self.guide.end(reason, text, self.resume_command());
+        self.show()
     }
 
     fn resume_command(&self) -> Option<String> {
