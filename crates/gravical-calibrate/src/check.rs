@@ -2,13 +2,13 @@
 //!
 //! At rest ‖a‖ is g in every pose. The mean of each static interval is calibrated, its length
 //! compared with g, and the errors of all are held against what the calibration's covariance, the
-//! noise of the means and the model error predict together ([`gravical_fit::later::check`]).
+//! noise of the means and the model error predict together ([`gravical_fit::consistency::check`]).
 //!
 //! It tests what was recorded and nothing else: the verdict says which axes were not. An interval
 //! of constant velocity or acceleration looks like rest and is judged as one.
 
 use gravical_core::matrix3::{norm, unit};
-use gravical_fit::later::{self, Length, StaticMean};
+use gravical_fit::consistency::{self, Length, StaticMean};
 use gravical_fit::model::BIAS;
 use gravical_fit::{SIGNIFICANCE, Sensor, Test};
 use serde::{Deserialize, Serialize};
@@ -214,7 +214,8 @@ pub fn check(
         .collect();
     let counts = counts(&intervals, &fitted);
     let singular = || Problem::Singular.error().at(name.as_ref(), None);
-    let result = later::check(&sensor, here, &means, |i| counts[i]).ok_or_else(singular)?;
+    let (lengths, test) =
+        consistency::check(&sensor, here, &means, |i| counts[i]).ok_or_else(singular)?;
     let describe = |(i, length): (usize, &Length)| {
         let interval = &intervals[i];
         let recording = &recordings[interval.recording];
@@ -238,8 +239,7 @@ pub fn check(
             counts: counts[i],
         }
     };
-    let static_intervals: Vec<StillCheck> =
-        result.lengths.iter().enumerate().map(describe).collect();
+    let static_intervals: Vec<StillCheck> = lengths.iter().enumerate().map(describe).collect();
     circumstances(calibration, recordings, &intervals, &mut findings);
     let values = [calibration.gravity_mps2, gravity.value_mps2];
     findings.extend(gravity_differs(values, ["in the calibration", "here"]));
@@ -252,12 +252,7 @@ pub fn check(
         () => None,
     };
     let level = (SIGNIFICANCE, Judgement::DoesNotFit);
-    let (judgement, reason) = judge(
-        "‖a‖ at rest and gravity",
-        Some(&result.test),
-        level,
-        no_proof,
-    );
+    let (judgement, reason) = judge("‖a‖ at rest and gravity", Some(&test), level, no_proof);
     let used = || static_intervals.iter().filter(|s| s.counts);
     let size = |i: &usize| static_intervals[*i].z.abs();
     let counted = (0..counts.len()).filter(|i| counts[*i]);
@@ -280,7 +275,7 @@ pub fn check(
         worst: worst.unwrap_or(0),
         rms_mps2: rms(used().map(|s| s.error_mps2)),
         predicted_rms_mps2: rms(used().map(|s| s.sigma_mps2)),
-        test: result.test,
+        test,
         untested_axes: axes_where(|axis| ways(axis) == 0),
         one_way_axes: axes_where(|axis| ways(axis) == 1),
         static_intervals,

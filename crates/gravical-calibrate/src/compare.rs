@@ -3,14 +3,14 @@
 //! A board that sits differently in its case, or faces that lie crookedly, turn the frame: that
 //! changes the direction of what is measured and never its length. So a difference is reported in
 //! two parts, each with its own test: what changes ‖a‖ (bias, scale, angles between the axes), and
-//! the rotation between the frames ([`gravical_fit::later::compare`]).
+//! the rotation between the frames ([`gravical_fit::consistency::compare`]).
 //!
 //! It rests on the covariances of both files. What they leave out (drift with temperature, another
 //! gravity, shared recordings) is said.
 
 use gravical_core::matrix3::norm;
 use gravical_core::unit::DEGREES_PER_RADIAN;
-use gravical_fit::{Sensor, Test, later};
+use gravical_fit::{Sensor, Test, consistency};
 use serde::Serialize;
 
 use crate::Result;
@@ -85,7 +85,7 @@ const PARTS: [(&str, [&str; 3], &str, f64); 4] = [
 ];
 
 /// The differences one by one; `with_sigma`: both have a covariance.
-fn parameters(found: &later::Compare, with_sigma: bool) -> Vec<ParameterDifference> {
+fn parameters(found: &consistency::Compare, with_sigma: bool) -> Vec<ParameterDifference> {
     let turn = found.turn.as_ref();
     let [a, b] = &found.invariants;
     let one = |k: usize| {
@@ -178,9 +178,9 @@ pub fn compare(a: &Calibration, b: &Calibration, names: [&str; 2]) -> Result<Com
     let pair = [a, b];
     let [sensor_a, sensor_b] = sensors(pair, names, &mut findings)?;
     let singular = || Problem::Singular.error().at(names[1].as_ref(), None);
-    let tilts = pair.map(Calibration::tilts);
-    let found = [(&sensor_a, &tilts[0]), (&sensor_b, &tilts[1])];
-    let found = later::compare(found).ok_or_else(singular)?;
+    let placements = pair.map(Calibration::placements);
+    let found = [(&sensor_a, &placements[0]), (&sensor_b, &placements[1])];
+    let found = consistency::compare(found).ok_or_else(singular)?;
     findings.extend(gravity_differs(
         pair.map(|f| f.gravity_mps2),
         ["in A", "in B"],

@@ -4,7 +4,7 @@ use nalgebra::{DMatrix, DVector, Matrix3, Rotation3, UnitQuaternion, Vector3};
 use serde::{Deserialize, Serialize};
 use statrs::distribution::ContinuousCDF;
 
-use crate::consistent::MAX_STEPS;
+use crate::consistency::MAX_STEPS;
 use crate::model::{
     BENDS, BIAS, Covariance, DIRECTIONS, PARAMETERS, Parameters, bend, invariants, inverse,
     jacobian, matrix, sensitivity, sphere,
