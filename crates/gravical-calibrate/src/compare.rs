@@ -115,7 +115,7 @@ fn parameters(found: &consistency::Compare, with_sigma: bool) -> Vec<ParameterDi
 /// The part that changes the length of what is measured.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct MagnitudeDifference {
-    /// χ² of the nine parameters; null without covariances.
+    /// Of ‖a‖ by both for six readings on faces, and of the three angles; null without covariances.
     pub test: Option<Test>,
     /// The judgement.
     pub judgement: Judgement,
@@ -137,7 +137,7 @@ pub struct OrientationDifference {
     pub angle_deg: f64,
     /// About this axis; zero for no turn.
     pub axis: [f64; 3],
-    /// χ² of the three components of the rotation vector; null without covariances, or where the
+    /// Of the three components of the rotation vector; null without covariances, or where the
     /// placements of a session do not show how its frame sits in the case.
     pub test: Option<Test>,
     /// The judgement.

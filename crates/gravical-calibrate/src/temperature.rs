@@ -122,9 +122,30 @@ pub fn study(recordings: &[Recording]) -> Result<TemperatureModel> {
     let mut rates = blocks.iter().flat_map(|(_, _, b)| &b.readings[3..]);
     let count = if rates.any(|v| v.is_finite()) { 6 } else { 3 };
     let test = |channel: usize| {
-        let refused = shared.as_ref().err();
-        let drift = refused.map_or_else(|| test_channel(&blocks, channel), |why| refused_for(why));
-        named(recordings, channel, drift)
+        let block = |(rest, direction, block): &DirectedBlock| Block {
+            rest: *rest,
+            direction: *direction,
+            t_c: block.t_c,
+            reading: block.readings[channel],
+        };
+        let fit = shared
+            .as_ref()
+            .ok()
+            .and_then(|_| fit_drift(blocks.iter().map(block)));
+        let per_c = fit.and_then(|fit| fit.per_c);
+        let reason = match (&shared, fit) {
+            (Err(why), _) => why,
+            (_, None) => "its means determine no slope, or do not vary",
+            _ if per_c.is_some() => "each direction predicts the other",
+            _ => {
+                "one direction does not predict the other: hysteresis or drift with time, or no drift beyond the noise"
+            }
+        };
+        ChannelDrift {
+            r2_cooling_to_warming: fit.map(|fit| fit.r2_cooling_to_warming),
+            r2_warming_to_cooling: fit.map(|fit| fit.r2_warming_to_cooling),
+            ..channel_drift(recordings, channel, per_c, reason)
+        }
     };
     Ok(TemperatureModel {
         reference_c: 0.5 * (range_c[0] + range_c[1]),
@@ -169,50 +190,25 @@ fn shared_range(blocks: &[DirectedBlock]) -> std::result::Result<[f64; 2], Strin
     ))
 }
 
-/// A drift with the name of its channel and the unit of the recordings.
-fn named(recordings: &[Recording], channel: usize, drift: ChannelDrift) -> ChannelDrift {
+/// The drift of a channel in the unit of the recordings: with a slope it is corrected.
+fn channel_drift(
+    recordings: &[Recording],
+    channel: usize,
+    per_c: Option<f64>,
+    reason: &str,
+) -> ChannelDrift {
     let unit = recordings.first().and_then(|first| match channel {
         0..3 => Some(first.units.accel.unit.name()),
         _ => Some(first.units.gyro?.unit.name()),
     });
+    let corrected = per_c.map(|_| DriftVerdict::Corrected);
     ChannelDrift {
         channel: CHANNELS[channel].to_owned(),
         input_unit: unit.unwrap_or("unknown").to_owned(),
-        ..drift
-    }
-}
-
-fn refused_for(reason: &str) -> ChannelDrift {
-    ChannelDrift {
+        verdict: corrected.unwrap_or_default(),
         reason: reason.to_owned(),
+        per_c,
         ..ChannelDrift::default()
-    }
-}
-
-/// Slope and verdict of a channel.
-fn test_channel(blocks: &[DirectedBlock], channel: usize) -> ChannelDrift {
-    let block = |(rest, direction, block): &DirectedBlock| Block {
-        rest: *rest,
-        direction: *direction,
-        t_c: block.t_c,
-        reading: block.readings[channel],
-    };
-    let Some(fit) = fit_drift(blocks.iter().map(block)) else {
-        return refused_for("its means determine no slope, or do not vary");
-    };
-    let (verdict, reason) = match fit.per_c {
-        Some(_) => (DriftVerdict::Corrected, "each direction predicts the other"),
-        None => (
-            DriftVerdict::NotCorrected,
-            "one direction does not predict the other: hysteresis or drift with time, or no drift beyond the noise",
-        ),
-    };
-    ChannelDrift {
-        verdict,
-        r2_cooling_to_warming: Some(fit.r2_cooling_to_warming),
-        r2_warming_to_cooling: Some(fit.r2_warming_to_cooling),
-        per_c: fit.per_c,
-        ..refused_for(reason)
     }
 }
 
@@ -300,23 +296,15 @@ pub(crate) fn from_poses(
     segmentation: &mut Segmentation,
 ) -> Option<TemperatureModel> {
     let range = temperatures(&segmentation.poses)?;
-    let (verdict, ending) = match fitted {
-        Some(_) => (DriftVerdict::Corrected, ""),
-        None => (DriftVerdict::NotCorrected, ": not by more than chance"),
-    };
+    let ending = fitted.map_or(": not by more than chance", |_| "");
     let reason = format!(
         "fitted with the poses; with a drift the mean error of ‖a‖ at poses left out, an eighth of the session at a time, goes from {:.2} to {:.2} mg{ending}",
         milli_g(test.without_mps2),
         milli_g(test.with_mps2),
     );
     let channel = |axis: usize| {
-        let per_c = fitted.map(|d| d.per_c[axis]);
-        let drift = ChannelDrift {
-            verdict,
-            per_c,
-            ..refused_for(&reason)
-        };
-        named(recordings, axis, drift)
+        let per_c = fitted.map(|drift| drift.per_c[axis]);
+        channel_drift(recordings, axis, per_c, &reason)
     };
     let mut model = TemperatureModel {
         reference_c: range.mean,

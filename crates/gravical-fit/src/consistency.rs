@@ -14,8 +14,8 @@ use serde::Serialize;
 use statrs::distribution::{ChiSquared, ContinuousCDF, FisherSnedecor};
 
 use crate::model::{
-    BENDS, Covariance, DIRECTIONS, PARAMETERS, Parameters, bend, bias, invariants, matrix, sphere,
-    tangents,
+    BENDS, Covariance, DIRECTIONS, MAX_STEPS, PARAMETERS, Parameters, bend, bias, invariants,
+    matrix, sphere, tangents,
 };
 use crate::pose::Face;
 use crate::sensor::{Gravity, Sensor, derivative_by_gravity, turn};
@@ -26,9 +26,6 @@ pub const SIGNIFICANCE: f64 = 0.01;
 /// Eigenvalues of a covariance below this fraction of the largest count as zero. Rounding leaves
 /// 1e-16; a well-placed session has 1e-7 between its best and worst direction.
 const RANK_TOLERANCE: f64 = 1e-12;
-
-/// Steps of a decomposition; it takes some tens, and never ends on some broken matrices.
-pub(crate) const MAX_STEPS: usize = 10_000;
 
 /// Directions this near to each other (chord of the unit sphere, 25°) share the model error.
 const MODEL_ERROR_CHORD: f64 = 0.43;
