@@ -133,12 +133,12 @@ class Browser:
             time.sleep(0.05)
         raise AssertionError(f"it could not be clicked: {selector}\n{self.run('return document.body.innerText')}")
 
-    def picture(self, path, whole=False):
-        options = {"captureBeyondViewport": True} if whole else {}
+    def picture(self, path, whole=False, **options):
+        options |= {"format": options.get("format", "png"), "captureBeyondViewport": whole}
         if whole:
             width, height = self.run("return [innerWidth, document.documentElement.scrollHeight]")
             options["clip"] = {"x": 0, "y": 0, "width": width, "height": height, "scale": 1}
-        path.write_bytes(base64.b64decode(self.cdp("Page.captureScreenshot", format="png", **options)["data"]))
+        path.write_bytes(base64.b64decode(self.cdp("Page.captureScreenshot", **options)["data"]))
 
     def complaints(self):
         return [e for e in self.call("POST", f"{self.session}/se/log", {"type": "browser"}) if e["level"] != "INFO"]

@@ -11,6 +11,7 @@ import base64
 import os
 import pathlib
 import re
+import shutil
 import subprocess
 import sys
 import tempfile
@@ -124,7 +125,11 @@ def written(program, folder):
         print("skipped: reports of real recordings, GRAVICAL_DATA is not set")
     for name, line in lines.items():
         run(f"{line} --json --report {name}.html --force")
-    return [folder / f"{name}.html" for name in lines]
+    # Two calibrations and one that fails.
+    for session in ("six", "poses", "static"):
+        shutil.copytree(folder / session, folder / "fleet" / session)
+    run("calibrate --each fleet --report all.html")
+    return [folder / f"{name}.html" for name in [*lines, "all"]]
 
 
 class Reports:
@@ -165,6 +170,21 @@ class Reports:
         assert abs(value - (0.75 * low + 0.25 * high)) < 0.02 * (high - low), (said, low, high)
         assert self.browser.run("return f.querySelector('.name output').textContent.length") > 0
 
+    def a_heading_sorts(self):
+        """Numbers as numbers, and the other way round when it is pressed again; what has no number comes last."""
+        column = ("const t = document.querySelector('[data-sort]'), i = [...t.tHead.rows[0].cells].findIndex(c => c.textContent.includes('error'));"
+                  "t.tHead.rows[0].cells[i].querySelector('button').click();"
+                  "return [...t.tBodies[0].rows].map(r => parseFloat(r.cells[i].innerText))")
+        up, down = self.browser.run(column), self.browser.run(column)
+        assert up[-1] is None and down[-1] is None and up[0] < up[1] and down[:2] == up[1::-1], (up, down)
+
+    def a_board_lies_as_at_the_pointer(self):
+        left, top, width, height = self.browser.run(FIRST_PLOT)
+        lies = "return document.querySelector('[data-angles]').style.getPropertyValue('--attitude')"
+        before = self.browser.run(lies)
+        self.mouse("mouseMoved", left + 0.45 * width, top + height / 2)
+        assert before != self.browser.run(lies), before
+
     def without_script(self):
         """The same sections, tables, drawings and legends; no buttons."""
         count = "return ['section', 'tr', '.data path', 'td', '.keys > span'].map(s => document.querySelectorAll(s).length)"
@@ -194,6 +214,10 @@ class Reports:
         if browser.run(FIRST_PLOT):
             self.the_pointer_reads_its_place()
             self.an_interval_is_zoomed_into()
+        if browser.run("return Boolean(document.querySelector('[data-angles]'))"):
+            self.a_board_lies_as_at_the_pointer()
+        if browser.run("return Boolean(document.querySelector('[data-sort]'))"):
+            self.a_heading_sorts()
         printed = base64.b64decode(browser.cdp("Page.printToPDF", preferCSSPageSize=True)["data"])
         assert (pages := len(re.findall(rb"/Type\s*/Page[^s]", printed))) <= 3, (page.name, pages, "printed pages")
         for width in (1280, 800, 400, 360):

@@ -19,8 +19,11 @@ use gravical::recording::max_bytes;
 use gravical::session::{ENDINGS, SUMMARY_COLUMNS, entries, is_summary, may_be_recording};
 use gravical::targets::{check_targets, place, same_target};
 use gravical::{Error, Result};
+use gravical_report::figure;
+use gravical_report::report::{self, Session};
 
 use crate::failure::{RenderedError, quality};
+use crate::report::{with_origin, write_report};
 use crate::{crash, progress, text};
 
 #[derive(Debug, Default, clap::Args)]
@@ -121,6 +124,8 @@ pub struct Plan<'a> {
     pub output: Option<&'a Path>,
     /// Ending of a result, with the dot.
     pub ending: &'static str,
+    /// The page of all; those of the sessions are in a folder of its name beside it.
+    pub report: Option<&'a Path>,
     /// Columns of the summary behind the common ones.
     pub numbers: &'a [&'static str],
     pub force: bool,
@@ -138,26 +143,29 @@ pub struct Outcome {
     pub reasons: Vec<String>,
     /// Values of [`Plan::numbers`].
     pub numbers: Vec<String>,
+    /// What the page of all says besides.
+    pub session: Session,
     /// Code and hint of the error, if it failed.
     pub error_code: String,
     pub hint: String,
 }
 
-/// One input: its path, and where its result goes.
-struct Item {
-    path: PathBuf,
-    result: Option<PathBuf>,
+/// One input: its path, and where its result and its page go.
+pub struct Item {
+    pub path: PathBuf,
+    pub result: Option<PathBuf>,
+    pub page: Option<PathBuf>,
 }
 
-/// Calls `work` for every input, with the target of its result, on several threads. For
-/// `--resume`, `read` gives the outcome in a result of an earlier run, if it is that of the input.
+/// Calls `work` for every input on several threads. For `--resume`, `read` gives the outcome in a result of an earlier run,
+/// if it is that of the input.
 ///
 /// # Errors
 ///
 /// What concerns all inputs: none at all, targets, the summary.
 pub fn run(
     plan: &Plan<'_>,
-    work: impl Fn(&Path, Option<&Path>) -> anyhow::Result<Outcome> + Sync,
+    work: impl Fn(&Item) -> anyhow::Result<Outcome> + Sync,
     read: impl Fn(&Path, &Path) -> Option<Outcome> + Sync,
 ) -> anyhow::Result<ExitCode> {
     let (given, lists) = given(plan.inputs)?;
@@ -167,11 +175,12 @@ pub fn run(
     if let Some((index, count)) = plan.each.shard {
         items = items.into_iter().skip(index - 1).step_by(count).collect();
     }
-    if let Some(folder) = plan.output {
+    for folder in plan.output.into_iter().chain(plan.pages().as_deref()) {
         make_folder(folder)?;
     }
-    let results = items.iter().filter_map(|item| item.result.as_ref());
-    let targets: Vec<PathBuf> = results.chain(&plan.each.summary).cloned().collect();
+    let targets = items.iter().flat_map(|item| [&item.result, &item.page]);
+    let targets = targets.flatten().chain(&plan.each.summary).cloned();
+    let targets: Vec<PathBuf> = targets.chain(plan.report.map(Path::to_owned)).collect();
     let inputs = [&plan.shared, &lists, &given, &paths].map(Vec::as_slice);
     check_targets(&targets, &inputs.concat(), force)?;
     let widths = items.iter().map(|i| path_text(&i.path).chars().count());
@@ -182,10 +191,12 @@ pub fn run(
     let mut rows = BTreeMap::new();
     let one = |item: &Item| {
         let (path, result) = (&item.path, item.result.as_deref());
-        let is_done = |result: &&Path| plan.each.resume && is_newer(result, path, &plan.shared);
+        let has_page = || item.page.as_deref().is_none_or(Path::exists);
+        let is_done =
+            |result: &&Path| plan.each.resume && has_page() && is_newer(result, path, &plan.shared);
         let done = crash::guarded(|| {
             let before = result.filter(is_done).and_then(|result| read(result, path));
-            before.map_or_else(|| work(path, result), Ok)
+            before.map_or_else(|| work(item), Ok)
         });
         done.unwrap_or_else(|panic| Err(anyhow::anyhow!("a defect of the program: {panic}")))
             .unwrap_or_else(|error| Outcome::failed(&error))
@@ -217,6 +228,15 @@ pub fn run(
     bar.finish_and_clear();
     if let Some(path) = &plan.each.summary {
         write_summary(path, plan, &items, &rows)?;
+    }
+    if let Some(path) = plan.report {
+        let all: Vec<Session> = items.iter().zip(rows.values()).map(session).collect();
+        let figures = figure::sessions::sessions(&all);
+        let document = with_origin(report::sessions(&all, &figures), &[]);
+        write_report(path, force, &document)?;
+        if !plan.quiet {
+            text::say(&format!("Report: {}", path_text(path)));
+        }
     }
     if !plan.quiet {
         text::say(&tally(&rows));
@@ -273,7 +293,8 @@ fn read_list(list: &Path) -> Result<String> {
 ///
 /// `no-recordings` (input); errors of reading a folder.
 fn paths(plan: &Plan<'_>, given: &[PathBuf]) -> Result<Vec<PathBuf>> {
-    let outputs = [plan.output, plan.each.summary.as_deref()];
+    let pages = plan.pages();
+    let outputs = [plan.output, plan.each.summary.as_deref(), pages.as_deref()];
     let outputs = outputs.map(|path| path.map(place));
     let mut paths = Vec::new();
     for path in given {
@@ -301,17 +322,21 @@ fn paths(plan: &Plan<'_>, given: &[PathBuf]) -> Result<Vec<PathBuf>> {
     Ok(paths)
 }
 
-/// Each path with its result: its name without endings; where several would share one, that of its
+impl Plan<'_> {
+    /// The folder of the sessions' pages.
+    fn pages(&self) -> Option<PathBuf> {
+        self.report.map(|page| page.with_extension(""))
+    }
+}
+
+/// Each path with its result and its page: its name without endings; where several would share one, that of its
 /// folder in front. Names do not depend on the order of the paths, so that `--resume` finds them.
 ///
 /// # Errors
 ///
 /// `same-target` (usage) where that does not tell them apart.
 fn named(paths: Vec<PathBuf>, plan: &Plan<'_>) -> Result<Vec<Item>> {
-    let Some(output) = plan.output else {
-        let items = paths.into_iter().map(|path| Item { path, result: None });
-        return Ok(items.collect());
-    };
+    let pages = plan.pages();
     // File systems that ignore case take `A.json` and `a.json` for one file.
     let mut uses: BTreeMap<String, usize> = BTreeMap::new();
     for path in &paths {
@@ -325,15 +350,48 @@ fn named(paths: Vec<PathBuf>, plan: &Plan<'_>) -> Result<Vec<Item>> {
         {
             name = format!("{}-{name}", folder.to_string_lossy());
         }
-        let result = output.join(format!("{name}{}", plan.ending));
-        if !taken.insert(name.to_lowercase()) {
+        let at = |folder: &Path, ending: &str| folder.join(format!("{name}{ending}"));
+        let result = plan.output.map(|folder| at(folder, plan.ending));
+        let page = pages.as_deref().map(|folder| at(folder, ".html"));
+        let is_new = taken.insert(name.to_lowercase());
+        if let Some(target) = result.as_ref().or(page.as_ref()).filter(|_| !is_new) {
             let hint = "several sessions have this name; give them in runs with an -o of their own";
-            return Err(same_target(&result).with_hint(hint));
+            return Err(same_target(target).with_hint(hint));
         }
-        let result = Some(result);
-        items.push(Item { path, result });
+        items.push(Item { path, result, page });
     }
     Ok(items)
+}
+
+/// What the page of all says of a session.
+fn session((item, row): (&Item, &Outcome)) -> Session {
+    let page = item.page.as_ref().filter(|page| page.exists());
+    let page = page.filter(|_| row.error_code.is_empty());
+    let parts = page.map(|page| page.iter().rev().take(2).collect::<Vec<_>>());
+    let address = parts.map(|parts| {
+        let parts = parts.iter().rev();
+        parts
+            .map(|part| encoded(&part.to_string_lossy()))
+            .collect::<Vec<_>>()
+            .join("/")
+    });
+    Session {
+        name: item.path.display().to_string(),
+        page: address,
+        reason: row.main_reason(),
+        ..row.session.clone()
+    }
+}
+
+/// A name as a part of an address (RFC 3986, 2.3).
+fn encoded(name: &str) -> String {
+    let byte = |b: u8| match b {
+        b'a'..=b'z' | b'A'..=b'Z' | b'0'..=b'9' | b'-' | b'.' | b'_' | b'~' => {
+            char::from(b).to_string()
+        }
+        _ => format!("%{b:02X}"),
+    };
+    name.bytes().map(byte).collect()
 }
 
 /// Name of a recording without its endings (`x.csv.gz` has two); a folder keeps all of its name.
@@ -373,6 +431,12 @@ impl Outcome {
             hint: error.hint.unwrap_or_default(),
             ..Outcome::default()
         }
+    }
+
+    /// The first reason that the error of the calibration is not: it has a column of its own.
+    fn main_reason(&self) -> String {
+        let skipped = usize::from(self.session.error_mps2.is_some() && !self.is_poor);
+        self.reasons.get(skipped).cloned().unwrap_or_default()
     }
 
     /// With the main reason; the summary has all.

@@ -46,6 +46,22 @@ impl ReportArgs {
         self.report.is_some()
     }
 
+    /// The page that is requested.
+    ///
+    /// # Errors
+    ///
+    /// `report-target` (usage) for what is no page.
+    pub fn page(&self) -> Result<Option<&Path>> {
+        let page = self.report.as_deref();
+        page.map_or(Ok(()), is_page)?;
+        Ok(page)
+    }
+
+    /// Whether a folder of figures is requested.
+    pub fn has_folder(&self) -> bool {
+        self.figures.is_some()
+    }
+
     /// Whether figures are drawn: for a report, or for their folder.
     pub fn draws(&self) -> bool {
         self.report.is_some() || self.figures.is_some()
@@ -68,8 +84,7 @@ impl ReportArgs {
         inputs: impl IntoIterator<Item = &'a PathBuf>,
         force: bool,
     ) -> Result<()> {
-        let report = self.report.as_deref();
-        report.map_or(Ok(()), is_page)?;
+        let report = self.page()?;
         if let Some(folder) = &self.figures {
             check_figures(folder, force)?;
             if output

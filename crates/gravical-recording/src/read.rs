@@ -42,8 +42,8 @@ pub fn read_named(file: Named<'_>, options: &ReadOptions) -> Result<Recording> {
 /// # Errors
 ///
 /// As [`read`].
-pub fn read_samples(path: impl AsRef<Path>, options: &ReadOptions) -> Result<Recording> {
-    let file = Named::Path(path.as_ref());
+pub fn read_samples<'a>(file: impl Into<Named<'a>>, options: &ReadOptions) -> Result<Recording> {
+    let file = file.into();
     read_input(open(file, options)?, &file.name(), options, false)
 }
 

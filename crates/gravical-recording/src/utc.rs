@@ -12,6 +12,7 @@
 
 use std::fmt;
 use std::str::FromStr;
+use std::sync::atomic::{AtomicI64, Ordering};
 
 use serde::{Deserialize, Serialize};
 
@@ -22,6 +23,9 @@ use crate::problem::Problem;
 const EARLIEST_S: i64 = 946_684_800; // 2000-01-01
 const LATEST_S: i64 = 4_102_444_800; // 2100-01-01
 
+/// The time that was told, in seconds since 1970; 0: none was.
+static TOLD: AtomicI64 = AtomicI64::new(0);
+
 /// A time, to the second. Text and JSON: RFC 3339 in UTC, `2026-03-09T10:15:00Z`.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize, Deserialize)]
 #[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
@@ -30,12 +34,20 @@ const LATEST_S: i64 = 4_102_444_800; // 2100-01-01
 pub struct UtcTime(jiff::Timestamp);
 
 impl UtcTime {
-    /// The current time, or SOURCE_DATE_EPOCH.
+    /// The current time, or SOURCE_DATE_EPOCH, or the time that was [told](UtcTime::tell).
     pub fn now() -> Self {
         let epoch = std::env::var("SOURCE_DATE_EPOCH").ok();
         let epoch = epoch.and_then(|s| s.trim().parse().ok());
-        let epoch = epoch.and_then(|s| jiff::Timestamp::from_second(s).ok());
-        whole(epoch.unwrap_or_else(jiff::Timestamp::now))
+        let told = Some(TOLD.load(Ordering::Relaxed)).filter(|s| *s != 0);
+        let known = epoch.or(told);
+        let known = known.and_then(|s| jiff::Timestamp::from_second(s).ok());
+        whole(known.unwrap_or_else(jiff::Timestamp::now))
+    }
+
+    /// Tells the time where there is no clock: in a browser.
+    #[doc(hidden)]
+    pub fn tell(since_1970_s: f64) {
+        TOLD.store(since_1970_s as i64, Ordering::Relaxed);
     }
 
     /// Of a time stamp in seconds since 1970; none unless it is from 2000 to 2099, since most

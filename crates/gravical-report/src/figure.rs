@@ -1,8 +1,8 @@
 //! Figures of results: panels with axes and series, drawn as SVG.
 //!
 //! A [`Figure`] knows nothing of pixels: panels with axes, and series in the units of the result that they come from,
-//! or a drawing in space. It is drawn as a part of a page, or alone; [`calibration`], [`motion`], [`noise`], [`check`] and
-//! [`inspection`] make the figures of a result.
+//! or a drawing in space. It is drawn as a part of a page, or alone; [`calibration`], [`motion`], [`noise`], [`check`],
+//! [`inspection`] and [`sessions`] make the figures of a result.
 //!
 //! # Example
 //!
@@ -27,6 +27,7 @@ pub mod inspection;
 pub mod motion;
 pub mod noise;
 mod panel;
+pub mod sessions;
 mod space;
 
 pub use draw::standalone;

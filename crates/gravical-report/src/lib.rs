@@ -34,6 +34,7 @@ pub mod document;
 pub mod figure;
 mod problem;
 pub mod report;
+pub mod style;
 
 /// The program of the README.
 #[cfg(doctest)]

@@ -33,6 +33,7 @@ use std::path::Path;
 
 use gravical_core::unit::{DEGREES_PER_RADIAN, STANDARD_GRAVITY_MPS2};
 use gravical_recording::CopiedText;
+use gravical_recording::source::Named;
 use gravical_recording::write::{Cell, Table, Writer};
 use serde::{Deserialize, Serialize};
 
@@ -103,19 +104,19 @@ pub struct ConvertSummary {
     pub findings: Vec<Finding>,
 }
 
-/// Writes the recording at `path` (`-` is standard input) as a table with a header to `out`.
+/// Writes the recording of this file (`-` is standard input) as a table with a header to `out`.
 ///
 /// # Errors
 ///
 /// Those of [`read_samples`]; `unit-unknown` (input) for counts of unknown range; `no-date` (input)
 /// if times since 1970 are asked for and nothing says when it starts; errors of writing.
-pub fn convert_file(
-    path: &Path,
+pub fn convert_file<'a>(
+    file: impl Into<Named<'a>>,
     read: &ReadOptions,
     options: &ConvertOptions,
     out: &mut dyn Write,
 ) -> Result<ConvertSummary> {
-    let mut recording = read_samples(path, read)?;
+    let mut recording = read_samples(file, read)?;
     settle(&mut recording);
     let start_unix_s = recording.recorded_at().and(recording.start_unix_s());
     let rows = recording.rows();

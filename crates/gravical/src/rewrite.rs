@@ -1,6 +1,7 @@
 //! A recording as another table: `apply` and `denoise` read it alike and write it alike.
 
 use std::io::Write;
+use std::num::NonZero;
 use std::path::Path;
 use std::sync::mpsc::sync_channel;
 use std::thread;
@@ -28,39 +29,45 @@ pub(crate) fn write_rows(
 ) -> Result<(Recording, usize)> {
     let output = |e| Error::io(Path::new("output"), e);
     let mut writer = Writer::new(out, table);
-    let (send, pieces) = sync_channel(READ_AHEAD);
-    let (stream, written) = thread::scope(|scope| {
-        let reading = scope.spawn(move || {
-            // Nobody receives any longer once writing has failed.
-            while let Some(piece) = stream.next_piece().transpose() {
-                let is_last = piece.is_err();
-                if send.send(piece).is_err() || is_last {
-                    break;
+    let mut written = 0;
+    let mut write = |piece: Result<Piece>| {
+        let mut piece = piece?;
+        let values = columns(&mut piece);
+        let values: Vec<&[f64]> = values.iter().map(Vec::as_slice).collect();
+        let rows = 0..piece.lines.len();
+        written += rows.len();
+        writer
+            .write_rows(rows, &piece.text, &values, &piece.breaks)
+            .map_err(output)
+    };
+    // A browser has no threads.
+    if thread::available_parallelism().map_or(1, NonZero::get) == 1 {
+        while let Some(piece) = stream.next_piece().transpose() {
+            write(piece)?;
+        }
+    } else {
+        let (send, pieces) = sync_channel(READ_AHEAD);
+        let (back, done) = thread::scope(|scope| {
+            let reading = scope.spawn(move || {
+                // Nobody receives any longer once writing has failed.
+                while let Some(piece) = stream.next_piece().transpose() {
+                    let is_last = piece.is_err();
+                    if send.send(piece).is_err() || is_last {
+                        break;
+                    }
                 }
-            }
-            stream
+                stream
+            });
+            let done = pieces.into_iter().try_for_each(&mut write);
+            let stream = reading.join();
+            (
+                stream.unwrap_or_else(|e| std::panic::resume_unwind(e)),
+                done,
+            )
         });
-        let mut written = 0;
-        let write = || {
-            for piece in pieces {
-                let mut piece = piece?;
-                let values = columns(&mut piece);
-                let values: Vec<&[f64]> = values.iter().map(Vec::as_slice).collect();
-                let rows = 0..piece.lines.len();
-                written += rows.len();
-                writer
-                    .write_rows(rows, &piece.text, &values, &piece.breaks)
-                    .map_err(output)?;
-            }
-            writer.finish().map_err(output)?;
-            Ok(written)
-        };
-        let written: Result<usize> = write();
-        let stream = reading.join();
-        (
-            stream.unwrap_or_else(|e| std::panic::resume_unwind(e)),
-            written,
-        )
-    });
-    Ok((stream.finish(), written?))
+        done?;
+        stream = back;
+    }
+    writer.finish().map_err(output)?;
+    Ok((stream.finish(), written))
 }

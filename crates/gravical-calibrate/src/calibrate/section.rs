@@ -71,11 +71,17 @@ pub(super) fn poses(session: &Session<'_>, estimate: &Estimate) -> Vec<PoseResul
     let one = |(index, placement): (usize, &Pose)| {
         let pose = &estimate.poses[index];
         let left_out = fit.and_then(|(_, trust)| trust.left_out[index]);
+        let calibrated = estimate.calibration.apply(placement.mean);
         let (tilt_deg, tilt_sd_deg) = match pose.tilt {
             Some((tilt, sd)) => (Some(tilt.to_degrees()), Some(sd.to_degrees())),
-            None => (pose.face.map(|_| placement.angle_deg), None),
+            None => {
+                let off = |up: [f64; 3]| {
+                    let across = matrix3::norm(&matrix3::cross(&up, &calibrated));
+                    across.atan2(matrix3::dot(&up, &calibrated)).to_degrees()
+                };
+                (pose.face.map(|face| off(face.direction())), None)
+            }
         };
-        let calibrated = estimate.calibration.apply(placement.mean);
         let length = matrix3::norm(&calibrated).max(f64::MIN_POSITIVE);
         let (label, kind, expected) = match pose.face {
             Some(face) => {

@@ -1,7 +1,7 @@
 //! Input files of a result.
 
+use std::borrow::Cow;
 use std::io::Read as _;
-use std::path::Path;
 
 use serde::{Deserialize, Serialize};
 
@@ -10,6 +10,7 @@ use crate::numfmt::words;
 use crate::problem::Problem;
 use crate::recording::Recording;
 use crate::{Error, Result};
+use gravical_recording::source::Named;
 
 /// Largest size of a calibration or a list, which are read at once.
 const MAX_BYTES: u64 = 16 << 20;
@@ -67,22 +68,28 @@ impl InputFile {
         files.collect()
     }
 
-    /// Reads a file at once and parses it with `parse`. The result and the SHA-256 are of the
+    /// Reads a file, on the disk or in memory, at once and parses it with `parse`. The result and the SHA-256 are of the
     /// same bytes, even if the file changes.
     ///
     /// # Errors
     ///
     /// `too-large` (input) for more than 16 MiB; errors of the file system and of `parse`, with
     /// the file.
-    pub fn read<T>(
-        path: &Path,
+    pub fn read<'a, T>(
+        file: impl Into<Named<'a>>,
         role: InputRole,
         parse: impl FnOnce(&[u8]) -> Result<T>,
     ) -> Result<(T, Self)> {
-        let mut bytes = Vec::new();
-        std::fs::File::open(path)
-            .and_then(|file| file.take(MAX_BYTES + 1).read_to_end(&mut bytes))
-            .map_err(|e| Error::io(path, e))?;
+        let (path, bytes) = match file.into() {
+            Named::Bytes(name, bytes) => (name, Cow::Borrowed(bytes)),
+            Named::Path(path) => {
+                let mut bytes = Vec::new();
+                std::fs::File::open(path)
+                    .and_then(|file| file.take(MAX_BYTES + 1).read_to_end(&mut bytes))
+                    .map_err(|e| Error::io(path, e))?;
+                (path, Cow::Owned(bytes))
+            }
+        };
         if bytes.len() as u64 > MAX_BYTES {
             let (role, most_bytes) = (words(&role), MAX_BYTES);
             return Err(Problem::TooLarge { role, most_bytes }

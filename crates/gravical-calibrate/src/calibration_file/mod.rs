@@ -27,6 +27,7 @@ use crate::recording::Finding;
 use crate::utc::UtcTime;
 use crate::{Error, Result};
 use gravical_recording::output::write_text;
+use gravical_recording::source::Named;
 
 pub use folder::{find_calibration, json_files};
 pub use gravical_fit::{
@@ -87,18 +88,16 @@ impl Calibration {
     /// `calibration-syntax`, `calibration-format` and `calibration-values`
     /// (input) with the file and, where known, the line.
     pub fn read(path: impl AsRef<Path>) -> Result<Self> {
-        let path = path.as_ref();
-        Self::read_with_input(path).map(|(file, _)| file)
+        Self::read_with_input(path.as_ref()).map(|(file, _)| file)
     }
 
-    /// The same, with the input file for a result.
+    /// The same, of a file on the disk or in memory, with the input file for a result.
     ///
     /// # Errors
     ///
     /// As [`read`](Self::read).
-    pub fn read_with_input(path: impl AsRef<Path>) -> Result<(Self, InputFile)> {
-        let path = path.as_ref();
-        InputFile::read(path, InputRole::Calibration, Self::parse)
+    pub fn read_with_input<'a>(file: impl Into<Named<'a>>) -> Result<(Self, InputFile)> {
+        InputFile::read(file, InputRole::Calibration, Self::parse)
     }
 
     /// That its verdict is poor, for what it is used for.

@@ -10,6 +10,7 @@ use serde::Deserialize;
 use crate::calibration_file::{InputFile, InputRole};
 use crate::problem::Problem;
 use crate::{Error, Result};
+use gravical_recording::source::Named;
 
 /// A stretch of rows with a name.
 #[derive(Debug, Clone, PartialEq, Eq)]
@@ -58,8 +59,8 @@ struct Limits {
 ///
 /// `sections-syntax` (input) with the line, `sections-empty`, `sections-order` if a section ends
 /// before it starts.
-pub fn read_sections(path: &Path) -> Result<(Vec<Section>, InputFile)> {
-    InputFile::read(path, InputRole::Sections, parse_sections)
+pub fn read_sections<'a>(file: impl Into<Named<'a>>) -> Result<(Vec<Section>, InputFile)> {
+    InputFile::read(file, InputRole::Sections, parse_sections)
 }
 
 /// The same from memory.

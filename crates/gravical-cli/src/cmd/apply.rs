@@ -1,6 +1,6 @@
 //! `gravical apply`: a calibrated recording.
 
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 use std::process::ExitCode;
 
 use anyhow::Context as _;
@@ -13,7 +13,7 @@ use gravical_report::report::origin;
 use serde::Serialize;
 
 use crate::calibration::{OriginArgs, files_of};
-use crate::each::{self, EachArgs, Outcome, Plan};
+use crate::each::{self, EachArgs, Item, Outcome, Plan};
 use crate::options::reading;
 use crate::report::{ReportArgs, TableArgs, how_it_was_read};
 
@@ -122,14 +122,15 @@ fn apply_each(args: &Args, inputs: &[PathBuf]) -> anyhow::Result<ExitCode> {
         folders: false,
         output: Some(output),
         ending: ".csv",
+        report: None,
         numbers: &["rows"],
         force: args.output.force,
         quiet: args.output.quiet,
     };
-    let apply = |recording: &Path, result: Option<&Path>| {
-        let result = result.context("no result is wanted")?;
-        let name = recording.display().to_string();
-        let input = source::open(recording, &options.read)?;
+    let apply = |item: &Item| {
+        let result = item.result.as_deref().context("no result is wanted")?;
+        let name = item.path.display().to_string();
+        let input = source::open(&item.path, &options.read)?;
         let summary = write_atomic(result, true, |out| {
             apply(&calibration, input, &name, out, &options)
         })?;

@@ -11,12 +11,12 @@ use gravical::poses::SegmentOptions;
 use gravical::recording::ReadOptions;
 use gravical::session::{SessionFiles, calibrate_files};
 use gravical_report::figure;
-use gravical_report::report;
+use gravical_report::report::{self, Session};
 
-use crate::each::{self, EachArgs, Outcome, Plan};
+use crate::each::{self, EachArgs, Item, Outcome, Plan};
 use crate::failure::quality;
 use crate::options::{GravityArgs, command_line, reading};
-use crate::report::ResultArgs;
+use crate::report::{ResultArgs, write_report};
 use crate::text;
 
 /// Calibrate a sensor from recordings of static poses
@@ -24,7 +24,7 @@ use crate::text;
 #[command(after_help = "\
 Examples:
   gravical calibrate session/ --latitude 48.1 -o cal.json --report cal.html
-  gravical calibrate --each sessions/ -o calibrations/ --summary all.csv
+  gravical calibrate --each sessions/ -o calibrations/ --report all.html
 Exit codes: 0 calibrated, 3 undetermined, 4 poor (or one session is, or failed)")]
 pub struct Args {
     /// Files, a folder, or - for stdin; with --each, sessions
@@ -99,7 +99,7 @@ pub fn run(args: &Args) -> anyhow::Result<ExitCode> {
 fn calibrate_each(args: &Args) -> anyhow::Result<ExitCode> {
     EachArgs::refuse_beside(&[
         ("--gyro", args.method.files.gyro.is_some()),
-        ("--report", args.result.report.is_wanted()),
+        ("--figures", args.result.report.has_folder()),
         ("--json", args.result.json),
         ("--recorded", args.method.record.recorded.is_some()),
         ("--sensor-id", args.method.record.sensor_id.is_some()),
@@ -121,16 +121,23 @@ fn calibrate_each(args: &Args) -> anyhow::Result<ExitCode> {
         folders: true,
         output: args.output.as_deref(),
         ending: ".json",
+        report: args.result.report.page()?,
         numbers: &numbers,
         force: args.result.force,
         quiet: args.result.quiet,
     };
-    let calibrate = |session: &Path, result: Option<&Path>| {
-        let input = [session.to_owned()];
-        let (_, done) = calibrate_files(&input, None, &read, &options, gravity)?;
+    let calibrate = |item: &Item| {
+        let input = [item.path.clone()];
+        let (recordings, done) = calibrate_files(&input, None, &read, &options, gravity)?;
         let file = done.calibration;
-        if let Some(result) = result {
+        if let Some(result) = &item.result {
             file.write(result, true)?;
+        }
+        if let Some(page) = &item.page {
+            let session = Some((&recordings[..], &done.segmentation));
+            let figures = figure::calibration::figures(&file, session);
+            let document = report::calibration(&file, item.result.as_deref(), &figures);
+            write_report(page, true, &document)?;
         }
         Ok(outcome(&file))
     };
@@ -180,6 +187,21 @@ fn outcome(file: &Calibration) -> Outcome {
         is_poor: verdict.grade == Grade::Poor,
         reasons: verdict.reasons,
         numbers: names.into_iter().chain(numbers).chain([sums]).collect(),
+        session: Session {
+            sensor: file
+                .sensor
+                .id
+                .clone()
+                .or(file.sensor.model.clone())
+                .unwrap_or_default(),
+            recorded: file
+                .recorded
+                .as_ref()
+                .map_or(String::new(), |r| r.time.minute()),
+            grade: Some(verdict.grade),
+            error_mps2: r.worst_direction.as_ref().map(|w| w.error_mps2),
+            ..Session::default()
+        },
         ..Outcome::default()
     }
 }

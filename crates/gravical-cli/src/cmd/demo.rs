@@ -99,7 +99,7 @@ pub fn run(args: &Args) -> anyhow::Result<ExitCode> {
 
 /// The three main numbers and the reports.
 fn summary(folder: &Path) -> anyhow::Result<String> {
-    let (file, input) = Calibration::read_with_input(folder.join("calibration.json"))?;
+    let (file, input) = Calibration::read_with_input(&folder.join("calibration.json"))?;
     let calibration = (&file, &*input.path);
     let line = read(folder.join("line/line.csv"), &ReadOptions::default())?;
     let moved = motion(&line, Some(calibration), &MotionOptions::default())?.result;

@@ -101,6 +101,39 @@ fn a_second_run_does_what_is_not_done() {
 }
 
 #[test]
+fn a_page_of_all_leads_to_that_of_each() {
+    let folder = fleet(2);
+    let at = folder.path();
+    fs::rename(at.join("fleet/unit-2.csv"), at.join("fleet/50 % #2?.csv")).unwrap();
+    write(at, "fleet/<b>broken.csv", "t,ax,ay,az\n1,2\n");
+    let line = "calibrate --each fleet -o out --report all.html";
+    ends(at, line, 4);
+    let page = read(at, "all.html");
+    let linked = page
+        .split("href=\"all/")
+        .skip(1)
+        .map(|s| s.split('"').next().unwrap());
+    assert_eq!(
+        linked.collect::<Vec<_>>(),
+        ["50%20%25%20%232%3F.html", "unit-1.html"]
+    );
+    assert_eq!(listed(&at.join("all")), ["50 % #2?.html", "unit-1.html"]);
+    assert!(page.contains("&lt;b&gt;broken.csv") && page.contains("<table data-sort"));
+    // A page that is missing is made again, one that is there is not.
+    let written = || {
+        fs::metadata(at.join("all/unit-1.html"))
+            .unwrap()
+            .modified()
+            .unwrap()
+    };
+    let before = written();
+    fs::remove_file(at.join("all/50 % #2?.html")).unwrap();
+    ends(at, line, 2);
+    ends(at, &format!("{line} --resume"), 4);
+    assert!(listed(&at.join("all")).len() == 2 && written() == before);
+}
+
+#[test]
 fn names_that_several_share_are_told_apart() {
     let folder = fleet(1);
     let at = folder.path();
@@ -162,7 +195,8 @@ calibrate fleet/unit-1.csv --summary s.csv: each-option
 calibrate --each fleet --sensor-id x: each-option
 apply cal.json --each fleet -o out --sensor-id x: origin-unused
 apply . --each fleet -o out: origin-unused
-calibrate --each fleet --report r.html: each-option
+calibrate --each fleet --figures f: each-option
+calibrate --each fleet --report r.txt: report-target
 apply cal.json fleet/unit-1.csv fleet/unit-1.csv: each-option
 calibrate --each -: each-input
 calibrate --each fleet --summary cal.json: exists

@@ -86,18 +86,34 @@ impl Format {
                 lines,
             }))
         };
+        // A fault in a block is one only if those before it have none.
+        let parse = |block: Result<Block, Error>| {
+            block.map(|mut block| {
+                let read = block.parser.read(&block.lines);
+                (block.number, read.map(|()| block.parser))
+            })
+        };
+        let finish = |mut whole: Parser| {
+            let mut rows = whole.take();
+            rows.columns.iter_mut().for_each(Vec::shrink_to_fit);
+            Ok(rows)
+        };
+        // A browser has no threads.
         let cores = thread::available_parallelism().map_or(1, NonZero::get);
+        if cores == 1 {
+            while let Some(block) = next() {
+                whole.append(parse(block)?.1?);
+                check(whole.rows())?;
+            }
+            return finish(whole);
+        }
         let (send, parsed) = mpsc::sync_channel(cores);
         thread::scope(|scope| {
             for _ in 0..cores {
                 let (send, next) = (send.clone(), &next);
                 scope.spawn(move || {
                     while let Some(block) = next() {
-                        // A fault in a block is one only if those before it have none.
-                        let parsed = block.map(|mut block| {
-                            let read = block.parser.read(&block.lines);
-                            (block.number, read.map(|()| block.parser))
-                        });
+                        let parsed = parse(block);
                         // Nobody receives any longer once a block has failed.
                         if send.send(parsed).is_err() {
                             break;
@@ -116,9 +132,7 @@ impl Format {
                     due += 1;
                 }
             }
-            let mut rows = whole.take();
-            rows.columns.iter_mut().for_each(Vec::shrink_to_fit);
-            Ok(rows)
+            finish(whole)
         })
     }
 }

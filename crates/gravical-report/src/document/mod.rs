@@ -34,6 +34,7 @@ use crate::figure::{Figure, XYZ};
 use gravical::calibration_file::Grade;
 use gravical::finding::Finding;
 use gravical::numfmt::{COVERAGE, fixed};
+use gravical::poses::face::in_words;
 
 /// The section of method and uncertainty; a page adds the reasons of the verdict.
 pub(crate) const HOW: &str = "How do you know?";
@@ -85,7 +86,18 @@ pub struct Verdict {
     /// Why, in sentences.
     pub reasons: Vec<String>,
     /// Next steps.
-    pub next: Vec<String>,
+    pub next: Vec<Step>,
+}
+
+/// What to do next, for each rendering to say in its own way.
+#[derive(Debug, Clone, PartialEq)]
+pub enum Step {
+    /// By hand, in a sentence.
+    Do(String),
+    /// Record a pose with this direction of the sensor up (unit vector), and calibrate with all recordings.
+    Pose([f64; 3]),
+    /// What for, the verb of gravical, its files and options.
+    Run(&'static str, &'static str, Vec<String>),
 }
 
 /// A section with a heading.
@@ -125,6 +137,8 @@ pub enum Block<'a> {
     Table(Table),
     /// A figure.
     Figure(&'a Figure),
+    /// A board by its roll, pitch and yaw in degrees, which lies as at the cursor of the figure of this name.
+    Board([f64; 3], &'static str),
     /// Code to copy: name of the language, lines.
     Code(&'static str, String),
     /// Findings.
@@ -140,6 +154,8 @@ pub struct Table {
     pub columns: Vec<Column>,
     /// The rows: a cell for each column.
     pub rows: Vec<Vec<Cell>>,
+    /// A page sorts it by each column, and shows all rows.
+    pub is_sortable: bool,
 }
 
 /// A column of a table.
@@ -160,6 +176,38 @@ pub enum Cell {
     Number(String, Option<String>),
     /// A share in percent, which a page draws.
     Share(f64),
+    /// Words, and the address of the page that they lead to.
+    Link(String, String),
+}
+
+impl Step {
+    /// By hand.
+    pub(crate) fn by_hand(text: &str) -> Self {
+        Step::Do(text.to_owned())
+    }
+
+    /// With gravical: what for, the verb, its files and options in one line.
+    pub(crate) fn run(what: &'static str, verb: &'static str, arguments: &str) -> Self {
+        let arguments = arguments.split(' ').map(str::to_owned).collect();
+        Step::Run(what, verb, arguments)
+    }
+
+    /// In a sentence, and the command.
+    fn in_words(&self) -> (String, Option<String>) {
+        match self {
+            Step::Do(text) => (text.clone(), None),
+            Step::Pose(up) => {
+                let up = in_words(*up);
+                let text =
+                    format!("Record one more pose ({up}) and calibrate with all recordings again.");
+                (text, None)
+            }
+            Step::Run(what, verb, arguments) => {
+                let command = format!("gravical {verb} {}", arguments.join(" "));
+                ((*what).to_owned(), Some(command))
+            }
+        }
+    }
 }
 
 impl Verdict {
@@ -340,9 +388,19 @@ impl Table {
     }
 
     /// With one more row: cells behind what they are.
-    pub fn row(mut self, name: impl Into<String>, cells: impl IntoIterator<Item = Cell>) -> Self {
-        let name = Cell::text(name);
-        self.rows.push([name].into_iter().chain(cells).collect());
+    pub fn row(self, name: impl Into<String>, cells: impl IntoIterator<Item = Cell>) -> Self {
+        self.with([Cell::text(name)].into_iter().chain(cells))
+    }
+
+    /// With one more row.
+    pub fn with(mut self, cells: impl IntoIterator<Item = Cell>) -> Self {
+        self.rows.push(cells.into_iter().collect());
+        self
+    }
+
+    /// To be sorted, with all rows.
+    pub fn sortable(mut self) -> Self {
+        self.is_sortable = true;
         self
     }
 
@@ -357,6 +415,7 @@ impl Table {
         let all = self.rows.len();
         let shown = match detail {
             Detail::Summary if all > MAX_SUMMARY_ROWS => MAX_SUMMARY_ROWS - 1,
+            _ if self.is_sortable => all,
             _ => all.min(MAX_ROWS),
         };
         (&self.rows[..shown], all - shown)
@@ -397,10 +456,21 @@ impl Cell {
     /// The text of the cell in one line.
     fn plain(&self) -> String {
         match self {
-            Cell::Text(text) | Cell::Number(text, None) => text.clone(),
+            Cell::Text(text) | Cell::Link(text, _) | Cell::Number(text, None) => text.clone(),
             Cell::Number(text, Some(sd)) => format!("{text} ± {sd}"),
             Cell::Share(share) => format!("{share:.0}"),
         }
+    }
+}
+
+/// A sentence that begins with a capital; the name of an axis stays as it is.
+pub(crate) fn capital(text: &str) -> String {
+    let mut rest = text.chars();
+    match rest.next() {
+        Some(first) if rest.as_str().starts_with(|c: char| c.is_alphabetic()) => {
+            first.to_uppercase().collect::<String>() + rest.as_str()
+        }
+        _ => text.to_owned(),
     }
 }
 

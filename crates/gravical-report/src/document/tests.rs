@@ -35,7 +35,7 @@ fn document(figures: &[Figure]) -> Document<'_> {
             proof: Vec::new(),
             numbers: vec![["-1 mg".to_owned(), "before".to_owned()]],
             reasons: vec!["It fits.".to_owned()],
-            next: vec!["Go on: `gravical apply cal.json`".to_owned()],
+            next: vec![Step::run("Go on", "apply", "cal.json")],
         }),
         ..Document::new("Report of <x>")
     }

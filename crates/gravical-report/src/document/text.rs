@@ -32,7 +32,9 @@ impl Document<'_> {
 
 fn section_text(section: &Section<'_>, detail: Detail) -> String {
     let shown = section.shown(detail);
-    let blocks: Vec<&Block<'_>> = shown.filter(|b| !matches!(b, Block::Figure(_))).collect();
+    let blocks: Vec<&Block<'_>> = shown
+        .filter(|b| !matches!(b, Block::Figure(_) | Block::Board(..)))
+        .collect();
     if blocks.is_empty() {
         return String::new();
     }
@@ -59,7 +61,7 @@ fn block_text(block: &Block<'_>, detail: Detail) -> String {
             facts.iter().map(line).collect()
         }
         Block::Table(table) => table_text(table, detail),
-        Block::Figure(_) => String::new(),
+        Block::Figure(_) | Block::Board(..) => String::new(),
         Block::Code(language, code) => {
             let code = code.trim_end().replace('\n', "\n    ");
             format!("  {language}\n    {code}\n")
@@ -92,7 +94,11 @@ fn verdict_text(verdict: &Verdict) -> String {
     out.extend(reasons.map(|reason| paragraph("  - ", reason)));
     for (i, step) in verdict.next.iter().enumerate() {
         let start = if i == 0 { "\nNext: " } else { "      " };
-        out += &paragraph(start, step);
+        let text = match step.in_words() {
+            (text, None) => text,
+            (text, Some(command)) => format!("{text}: `{command}`"),
+        };
+        out += &paragraph(start, &text);
     }
     out
 }

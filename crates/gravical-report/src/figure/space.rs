@@ -47,6 +47,14 @@ impl View {
         [y * ca - x * sa, depth * se - z * ce, depth * ce + z * se]
     }
 
+    /// The view box that holds these points, with room for texts.
+    fn around<'p>(self, points: impl Iterator<Item = &'p [f64; 3]> + Clone) -> String {
+        let [[left, right], [top, bottom]] =
+            [0, 1].map(|k| extent(points.clone().map(|p| self.project(*p)[k])));
+        let (wide, high) = (right - left + 32.0, bottom - top + 24.0);
+        format!("{:.0} {:.0} {wide:.0} {high:.0}", left - 16.0, top - 12.0)
+    }
+
     fn path(self, class: &str, points: &[[f64; 3]], times: Option<String>) -> Markup {
         let places = points.iter().map(|p| self.project(*p));
         let places = places.map(|[x, y, _]| format!("{x:.1} {y:.1}"));
@@ -202,15 +210,22 @@ pub(super) fn track(
         let half = (end_95.unwrap_or_default()[k] * scale).min(70.0);
         [-half, half].map(|by| std::array::from_fn(|i| end[i] + if i == k { by } else { 0.0 }))
     };
-    let dot = |class: &str, at, name: &str| {
-        view.placed(
-            class,
-            at,
-            &html! { circle r="3.2" {} text x="5" dy=".35em" { (name) } },
-        )
+    let dot = |class: &str, at, name: &str, x: i32| {
+        let anchor = if x < 0 { "end" } else { "start" };
+        let text =
+            html! { circle r="3.2" {} text x=(x) dy=".35em" text-anchor=(anchor) { (name) } };
+        view.placed(class, at, &text)
     };
     let barred = end_95.is_some();
     let last = if barred { "end" } else { "last known" };
+    let corners = [
+        [-nx, -ny, floor],
+        [-nx, ny, floor],
+        [nx, -ny, floor],
+        [nx, ny, floor],
+    ];
+    let arm = [-nx, -ny, floor + cell + 6.0];
+    let seen = points.iter().chain(&plain).chain(&corners).chain([&arm]);
     let content = html! {
         @for a in lines(half[0]) { (view.path("ring", &[[a, -ny, floor], [a, ny, floor]], None)) }
         @for a in lines(half[1]) { (view.path("ring", &[[-nx, a, floor], [nx, a, floor]], None)) }
@@ -219,8 +234,8 @@ pub(super) fn track(
         @if plain.len() > 1 { (view.path("line raw", &plain, None)) }
         (view.path("line result", &points, Some(times.collect::<Vec<_>>().join(" "))))
         @if barred { @for k in 0..3 { (view.path("bars warn", &bar(k), None)) } }
-        (dot("dot result hollow", start, "start"))
-        (dot("dot result", end, last))
+        (dot("dot result hollow", start, "start", -5))
+        (dot("dot result", end, last, 5))
         circle.now r="2.6" cx="9999" {}
     };
     let key = |name: &str, role| Series::line(name, role, [[0.0, 0.0]], &[]);
@@ -232,7 +247,7 @@ pub(super) fn track(
     Some(Space {
         note: format!("squares of {step} m"),
         keys: keys.into_iter().flatten().collect(),
-        markup: view.svg("", "-110 -88 220 176", "Path in space", &content),
+        markup: view.svg("", &view.around(seen), "Path in space", &content),
     })
 }
 

@@ -12,12 +12,12 @@ use gravical::export;
 use gravical::numfmt::{
     COVERAGE, count, decimals_for, decimals_of, digits, fixed, mg, milli_g, signed, words,
 };
-use gravical::poses::face::{CaseAxes, in_words};
+use gravical::poses::face::CaseAxes;
 
-use gravical::core::matrix3::{norm, sub};
+use gravical::core::matrix3::{cross, dot, norm, sub, unit};
 
 use super::{drift, gravity_source, largest, short_name};
-use crate::document::{Block, Cell, Document, HOW, Section, Table, Verdict};
+use crate::document::{Block, Cell, Document, HOW, Section, Step, Table, Verdict};
 use crate::figure::calibration::rms_before;
 use crate::figure::{Figure, XYZ};
 
@@ -265,26 +265,24 @@ fn subject(file: &Calibration) -> Vec<String> {
 }
 
 /// Next steps.
-fn next(file: &Calibration, grade: Grade, saved: Option<&Path>) -> Vec<String> {
+fn next(file: &Calibration, grade: Grade, saved: Option<&Path>) -> Vec<Step> {
     if grade == Grade::Poor {
-        return vec!["Fix what is named above, then calibrate again.".to_owned()];
+        return vec![Step::by_hand(
+            "Fix what is named above, then calibrate again.",
+        )];
     }
     let name = path_word(saved.unwrap_or(Path::new("cal.json")));
     let pose = file.reliability.proposed_poses().first();
-    let pose = pose.filter(|_| grade != Grade::Good).map(|p| {
-        let direction = in_words(p.direction);
-        format!("Record one more pose ({direction}) and calibrate with all recordings again.")
-    });
+    let pose = pose.filter(|_| grade != Grade::Good);
     let save = "Save the calibration: the same command with `-o cal.json`.";
-    let apply = format!("Apply it: `gravical apply {name} RECORDING.csv -o calibrated.csv`");
-    let check = format!(
-        "Later, test with the sensor at rest whether it still fits: `gravical check {name} RECORDING.csv`"
-    );
+    let apply = format!("{name} RECORDING.csv -o calibrated.csv");
+    let check = format!("{name} RECORDING.csv");
+    let later = "Later, test with the sensor at rest whether it still fits";
     let steps = [
-        pose,
-        saved.is_none().then(|| save.to_owned()),
-        Some(apply),
-        (grade != Grade::NotVerifiable).then_some(check),
+        pose.map(|p| Step::Pose(p.direction)),
+        saved.is_none().then(|| Step::by_hand(save)),
+        Some(Step::run("Apply it", "apply", &apply)),
+        (grade != Grade::NotVerifiable).then(|| Step::run(later, "check", &check)),
     ];
     steps.into_iter().flatten().collect()
 }
@@ -457,6 +455,7 @@ fn poses<'a>(file: &Calibration) -> Section<'a> {
     } else {
         ""
     };
+    let apart = "Of the faces: along the axis is the sensor's error, off it how the board lay.";
     let fitted = "‖a‖ − g is what is left after the fit: no measure of accuracy.";
     let note = format!(
         "{error}left out: ‖a‖ − g if this pose and those within 25° of it are not used in the fit. tilt: angle off the face."
@@ -469,48 +468,54 @@ fn poses<'a>(file: &Calibration) -> Section<'a> {
         .with(Block::Note(fitted.to_owned()))
         .full(Block::Note(note))
         .with(before_and_after(file))
+        .with(Block::Note(apart.to_owned()))
         .folded(format!(
             "{}: raw mean, calibrated, error left out",
             file.poses.len()
         ))
 }
 
-/// Errors of the fitted poses by the nominal scale, if that is known, and with the calibration.
+/// Errors of the fitted poses by the nominal scale, if that is known, and with the calibration. Those of the faces along
+/// their axis, which is the sensor's error, and off it, which is how the board lay.
 fn before_and_after(file: &Calibration) -> Table {
     let a = &file.accelerometer;
     let fitted: Vec<&PoseResult> = file.poses.iter().filter(|p| p.fitted).collect();
+    let rms = |errors: &[f64]| {
+        let squares: f64 = errors.iter().map(|e| e * e).sum();
+        (squares / errors.len() as f64).sqrt()
+    };
     let cells = |values: Vec<[f64; 3]>| {
-        let squares = values.iter().map(|v| (norm(v) - file.gravity_mps2).powi(2));
-        let rms = (squares.sum::<f64>() / values.len() as f64).sqrt();
+        let lengths: Vec<f64> = values.iter().map(|v| norm(v) - file.gravity_mps2).collect();
         let faces = fitted.iter().zip(&values);
         let faces = faces.filter(|(p, _)| p.kind == PoseKind::Face);
-        let errors: Vec<[f64; 3]> = faces.map(|(p, v)| sub(v, &p.expected)).collect();
-        let faces = (!errors.is_empty()).then(|| vector_errors(&errors));
-        let faces = Cell::axes(faces, |v| fixed(v, 5));
-        std::iter::once(Cell::number(fixed(milli_g(rms), 2))).chain(faces)
+        let parts = faces.map(|(p, v)| {
+            let up = unit(&p.expected);
+            let off = norm(&cross(&up, v)).atan2(dot(&up, v));
+            [dot(&up, v) - file.gravity_mps2, off.to_degrees()]
+        });
+        let (along, off): (Vec<f64>, Vec<f64>) = parts.map(|[a, o]| (a, o)).unzip();
+        let both = |errors: &[f64], text: fn(f64) -> String| {
+            let values = [rms(errors), largest(errors)];
+            values.map(|v| Cell::maybe(Some(v).filter(|v| v.is_finite()), text))
+        };
+        let mg = |v: f64| fixed(milli_g(v), 2);
+        let lengths = Cell::number(mg(rms(&lengths)));
+        [lengths]
+            .into_iter()
+            .chain(both(&along, mg))
+            .chain(both(&off, |v| fixed(v, 2)))
     };
     let before: Option<Vec<[f64; 3]>> = fitted.iter().map(|p| a.nominally(p.raw)).collect();
     let after = fitted.iter().map(|p| p.calibrated).collect();
     let caption = "Errors of the fitted poses; before: by the nominal scale";
-    let vectors = "vectors of the faces, m/s²";
-    let table = Table::new(caption, ["", "‖a‖ − g: RMS, mg"])
-        .group(vectors, ["RMS", "maximum", "mean norm"]);
+    let table = Table::new(caption, ["", "‖a‖ − g: rms, mg"])
+        .group("along the axis", ["rms, mg", "largest"])
+        .group("off the axis", ["rms, °", "largest"]);
     let rows = before.map(|values| ("before", values));
     let rows = rows.into_iter().chain([("after", after)]);
     rows.fold(table, |table, (name, values)| {
         table.row(name, cells(values))
     })
-}
-
-/// The three figures of the student report: root mean square over all components, largest component, mean
-/// norm.
-fn vector_errors(errors: &[[f64; 3]]) -> [f64; 3] {
-    let components = errors.as_flattened();
-    let squares: f64 = components.iter().map(|e| e * e).sum();
-    let largest = largest(components);
-    let norms: f64 = errors.iter().map(norm).sum();
-    let rms = (squares / components.len() as f64).sqrt();
-    [rms, largest, norms / errors.len() as f64]
 }
 
 fn temperature<'a>(file: &Calibration) -> Section<'a> {

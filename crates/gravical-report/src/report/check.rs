@@ -9,7 +9,7 @@ use gravical::numfmt::{
 use gravical::poses::face::in_words;
 
 use super::{gravity_source, short_name};
-use crate::document::{Block, Cell, Document, Section, Table, Verdict};
+use crate::document::{Block, Cell, Document, Section, Step, Table, Verdict};
 use crate::figure::Figure;
 use crate::figure::check::still_name;
 
@@ -105,7 +105,7 @@ fn judged(verdict: &gravical::check::Verdict, next: Option<&str>) -> Verdict {
         proof: Vec::new(),
         numbers: Vec::new(),
         reasons: verdict.reasons.clone(),
-        next: next.map(str::to_owned).into_iter().collect(),
+        next: next.map(Step::by_hand).into_iter().collect(),
     }
 }
 

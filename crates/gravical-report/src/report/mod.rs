@@ -7,6 +7,7 @@ mod denoise;
 mod inspection;
 mod motion;
 mod noise;
+mod sessions;
 
 #[cfg(test)]
 mod tests;
@@ -20,6 +21,7 @@ pub use denoise::denoise;
 pub use inspection::{inspection, origin};
 pub use motion::{motion, orientation};
 pub use noise::noise;
+pub use sessions::{Session, sessions};
 
 use crate::document::{Block, Cell, Document, Place, Section, Table, short_name};
 

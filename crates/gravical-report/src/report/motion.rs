@@ -14,7 +14,7 @@ use gravical::recording::Recording;
 
 use super::inspection::origin;
 use super::{largest, short_name};
-use crate::document::{Block, Cell, Document, HOW, Section, Table, Verdict};
+use crate::document::{Block, Cell, Document, HOW, Section, Step, Table, Verdict, capital};
 use crate::figure::{Figure, XYZ};
 
 /// The document of a motion computed from `recording`, with its figures ([`figure::motion::figures`](crate::figure::motion::figures)).
@@ -86,6 +86,10 @@ pub fn orientation<'a>(
         }
         Section::new("Start and end").with(table)
     });
+    let board = result.ends.map(|[start, _]| {
+        let board = Block::Board(start.roll_pitch_yaw_deg, "angles");
+        Section::new("Board at the start").full(board)
+    });
     Document {
         certificate: certificate(&result.computation, recording),
         verdict: Some(Verdict {
@@ -109,15 +113,10 @@ pub fn orientation<'a>(
         ))
     }
     .with(Section::new("Angles").figures(figures, &["angles"]).wide(7))
+    .with(board.map(|b| b.wide(5)))
     .with(table)
     .with(timing(&result.computation, recording))
     .with_findings(&result.findings, false)
-}
-
-fn capital(text: &str) -> String {
-    let mut chars = text.chars();
-    let first = chars.next().map(char::to_uppercase);
-    first.into_iter().flatten().chain(chars).collect()
 }
 
 /// What the position is worth: of one move its displacement, of several how far it went.
@@ -173,7 +172,7 @@ fn least_certain(result: &MotionResult) -> Option<(usize, &Move)> {
 }
 
 /// What would make the end better known.
-fn next(result: &MotionResult) -> Option<String> {
+fn next(result: &MotionResult) -> Option<Step> {
     if result.moves.iter().any(|m| m.unusable.is_some()) {
         return None;
     }
@@ -181,27 +180,26 @@ fn next(result: &MotionResult) -> Option<String> {
     if let Some(path) = calibration.filter(|_| result.gravity_misfit.is_some_and(|m| m.contradicts))
     {
         let [path, input] = [path, &result.computation.input].map(|p| path_word(Path::new(p)));
-        return Some(format!(
-            "Test the calibration: `gravical check {path} {input}`"
-        ));
+        let files = format!("{path} {input}");
+        return Some(Step::run("Test the calibration", "check", &files));
     }
     let [noise, own, attitude] = parts(least_certain(result)?.1)?;
     let most = noise.max(own).max(attitude);
-    let text = match () {
+    let calibrate = |what| Step::run(what, "calibrate", "SESSION -o cal.json");
+    Some(match () {
         () if most == own && calibration.is_none() => {
-            "The largest part of the error is the sensor's: `gravical calibrate SESSION -o cal.json`"
+            calibrate("The largest part of the error is the sensor's")
         }
         () if most == own => {
-            "The largest part of the error is the calibration's, which more poses lower: `gravical calibrate SESSION -o cal.json`"
+            calibrate("The largest part of the error is the calibration's, which more poses lower")
         }
-        () if most == noise => {
-            "The largest part of the error is noise, which grows with the length of a move: rest more often"
-        }
-        () => {
-            "The largest part of the error is the attitude in the move: rest more often, and calibrate the gyroscope"
-        }
-    };
-    Some(text.to_owned())
+        () if most == noise => Step::by_hand(
+            "The largest part of the error is noise, which grows with the length of a move: rest more often",
+        ),
+        () => Step::by_hand(
+            "The largest part of the error is the attitude in the move: rest more often, and calibrate the gyroscope",
+        ),
+    })
 }
 
 /// The one number: how far it moved, or how well its end is known.

@@ -41,9 +41,8 @@ pub use filter::{Filter, FilterSpec};
 
 use std::io::Write;
 use std::ops::Range;
-use std::path::Path;
 
-use gravical_recording::source::open;
+use gravical_recording::source::{Named, open};
 use gravical_recording::write::{Table, input_name};
 use gravical_recording::{Format, Stream};
 use serde::{Deserialize, Serialize};
@@ -141,7 +140,7 @@ pub struct Sigmas {
     pub gyroscope: Option<[f64; 3]>,
 }
 
-/// Writes the recording at `path` (`-` is standard input) with filtered channels in place of the
+/// Writes the recording of this file (`-` is standard input) with filtered channels in place of the
 /// recorded ones, as [`denoise`] filters them.
 ///
 /// Filtered channels keep the name and the unit of their column, so that a calibration for the
@@ -154,16 +153,17 @@ pub struct Sigmas {
 /// # Errors
 ///
 /// As [`denoise`] and [`crate::recording::read_samples`]; errors of writing.
-pub fn denoise_file(
-    path: &Path,
+pub fn denoise_file<'a>(
+    file: impl Into<Named<'a>>,
     read: &ReadOptions,
     options: &DenoiseOptions,
     out: &mut dyn Write,
 ) -> Result<(DenoiseSummary, Vec<InputFile>)> {
     options.validate()?;
-    let name = path.display().to_string();
+    let file = file.into();
+    let name = file.name();
     let copied = |format: &Format| table(format).copied().to_vec();
-    let input = open(path, read)?;
+    let input = open(file, read)?;
     let mut stream = Stream::open(input, &name, read, Stream::WHOLE, copied)?;
     let table = table(&stream.format);
     let mut summary = denoise(&mut stream.recording, options)?;

@@ -1,6 +1,6 @@
 //! The noise of a sensor, as it is written and printed.
 
-use std::path::Path;
+use gravical_recording::source::Named;
 
 use gravical_core::unit::STANDARD_GRAVITY_MPS2;
 use gravical_signal::{AllanPoint, Estimate, FittedCurve, NoiseFit, NoiseLimit};
@@ -59,15 +59,14 @@ impl NoiseResult {
     }
 }
 
-/// Reads the result that `gravical noise` wrote.
+/// Reads the result that `gravical noise` wrote, on the disk or in memory.
 ///
 /// # Errors
 ///
 /// `not-noise` for any other file; errors of the file system.
 #[doc(hidden)]
-pub fn read_noise(path: impl AsRef<Path>) -> Result<NoiseResult> {
-    let path = path.as_ref();
-    InputFile::read(path, InputRole::Noise, parse).map(|(result, _)| result)
+pub fn read_noise<'a>(file: impl Into<Named<'a>>) -> Result<NoiseResult> {
+    InputFile::read(file, InputRole::Noise, parse).map(|(result, _)| result)
 }
 
 fn parse(bytes: &[u8]) -> Result<NoiseResult> {

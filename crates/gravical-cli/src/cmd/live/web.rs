@@ -18,6 +18,7 @@ use futures_util::stream::{Stream, unfold};
 use gravical::live::event::{Command, EndReason};
 use gravical::live::{Event, Message, sentence};
 use gravical::{Error, Result};
+use gravical_report::style;
 use hyper::body::Incoming;
 use hyper::server::conn::http1;
 use hyper::service::service_fn;
@@ -65,8 +66,9 @@ const TEXT: &str = "text/plain; charset=utf-8";
 
 const REFUSAL: &str = "This answers its own page only: use the address that gravical live printed.";
 
-/// The page; its token is put in when it is sent.
+/// The page; the drawing of the board and its token are put in when it is sent.
 const PAGE: &str = include_str!("page/page.html");
+/// Below what it shares with reports.
 const STYLE: &str = include_str!("page/page.css");
 const SCRIPT: &str = concat!(
     "\"use strict\";\n",
@@ -289,14 +291,18 @@ impl Hub {
         let path = request.uri().path().trim_start_matches('/').to_owned();
         let mut response = match path.as_str() {
             _ if !is_ours => text(StatusCode::FORBIDDEN, TEXT, REFUSAL),
-            "" => text(StatusCode::OK, HTML, PAGE.replace("{token}", &self.token)),
+            "" => text(StatusCode::OK, HTML, page(&self.token)),
             "events" => Sse::new(self.join())
                 .keep_alive(KeepAlive::new().interval(Duration::from_secs(5)))
                 .into_response(),
             "command" if is_post => self.command(request.into_body()).await,
             "command" => StatusCode::METHOD_NOT_ALLOWED.into_response(),
             "report" => self.report(),
-            "page.css" => text(StatusCode::OK, CSS, STYLE),
+            "page.css" => text(
+                StatusCode::OK,
+                CSS,
+                [style::SHARED, style::BOARD, STYLE].concat(),
+            ),
             "page.js" => text(StatusCode::OK, JS, SCRIPT),
             _ => StatusCode::NOT_FOUND.into_response(),
         };
@@ -386,6 +392,12 @@ impl Hub {
         let policy = [(POLICY_HEADER, REPORT_POLICY)];
         (policy, text(StatusCode::OK, HTML, html)).into_response()
     }
+}
+
+fn page(token: &str) -> String {
+    PAGE.replace("{sheet}", style::SHEET)
+        .replace("{scene}", style::SCENE)
+        .replace("{token}", token)
 }
 
 /// Equal, in a time that does not depend on where they differ.

@@ -6,10 +6,11 @@ use gravical::escape;
 use maud::{DOCTYPE, Markup, PreEscaped, html};
 
 use super::{
-    Block, Cell, Column, Detail, Document, HOW, Place, Remark, Section, Table, Verdict, left_out,
-    parts,
+    Block, Cell, Column, Detail, Document, HOW, Place, Remark, Section, Step, Table, Verdict,
+    capital, left_out, parts,
 };
 use crate::figure::{draw, signs};
+use crate::style;
 
 /// Nothing is loaded, whatever a file name or label contains.
 const POLICY: &str =
@@ -25,6 +26,7 @@ impl Document<'_> {
     /// The whole document as a page: certificate, verdict with its chart, tables, figures, what is folded, foot.
     pub fn to_html(&self) -> String {
         let mark = self.verdict.as_ref().map_or("note", mark);
+        let is_drawn = self.has_board();
         let placed = |at: fn(&Place) -> bool| self.sections.iter().filter(move |s| at(&s.place));
         let page = html! {
             (DOCTYPE)
@@ -36,10 +38,11 @@ impl Document<'_> {
                     // Prevents a request for /favicon.ico.
                     link rel="icon" href="data:,";
                     title { (self.title) }
-                    style { (PreEscaped(STYLE)) }
+                    style { (PreEscaped(style::SHARED)) @if is_drawn { (PreEscaped(style::BOARD)) } (PreEscaped(STYLE)) }
                 }
                 body {
                     a.skip href="#main" { "Skip to the result" }
+                    @if is_drawn { (PreEscaped(style::SHEET)) }
                     header {
                         h1 { strong { "gravical" } " " (self.title) }
                         @if self.certificate.is_empty() { @for line in &self.subject { p { (line) } } }
@@ -65,6 +68,16 @@ impl Document<'_> {
             }
         };
         escape::shown(&page.into_string()).into_owned()
+    }
+}
+
+impl Document<'_> {
+    /// Whether a board is drawn anywhere.
+    fn has_board(&self) -> bool {
+        let steps = self.verdict.iter().flat_map(|v| &v.next);
+        let mut blocks = self.sections.iter().flat_map(|s| &s.blocks);
+        blocks.any(|(_, b)| matches!(b, Block::Board(..))) || { steps }
+            .any(|step| matches!(step, Step::Pose(_)))
     }
 }
 
@@ -114,7 +127,7 @@ fn verdict(v: &Verdict, is_explained: bool, wide: u8) -> Markup {
                 (unbroken(&signs(headline)))
                 @if !small.is_empty() { " " small { (signs(small)) } }
             }
-            @for text in proof { p { (words(text)) } }
+            @for text in proof { p { (words(&capital(text))) } }
             @if !v.numbers.is_empty() {
                 div.numbers { @for [value, what] in &v.numbers { p { b { (signs(value)) } span { (what) } } } }
             }
@@ -125,25 +138,15 @@ fn verdict(v: &Verdict, is_explained: bool, wide: u8) -> Markup {
     }
 }
 
-/// What to do; a command at its end is there to be copied.
-fn step(step: &str) -> Markup {
-    let all: Vec<(&str, bool)> = parts(step).collect();
-    match &all[..] {
-        [text @ .., (command, true)] if command.starts_with("gravical ") => {
-            let text: String = text
-                .iter()
-                .map(|(text, is_code)| {
-                    if *is_code {
-                        format!("`{text}`")
-                    } else {
-                        (*text).to_owned()
-                    }
-                })
-                .collect();
-            let text = text.trim().trim_end_matches(':');
-            html! { li { (words(text)) div.command { code { (command) } } } }
+/// What to do; a command is there to be copied, a pose is drawn.
+fn step(step: &Step) -> Markup {
+    let (text, command) = step.in_words();
+    html! {
+        @if let Step::Pose(up) = step {
+            li.pose { span { (words(&text)) } (style::board(style::lying(*up), None)) }
+        } @else {
+            li { (words(&text)) @if let Some(command) = command { div.command { code { (command) } } } }
         }
-        _ => html! { li { (words(step)) } },
     }
 }
 
@@ -171,7 +174,7 @@ fn fold(s: &Section<'_>, verdict: Option<&Verdict>) -> Markup {
         details id=(anchor(s.title)) {
             summary { h2 { (s.title) } @if !note.is_empty() { span.note { (note) } } }
             @if let Some(v) = verdict.filter(|_| s.title == HOW) {
-                ul { @for reason in &v.reasons { li { (words(reason)) } } }
+                ul { @for reason in &v.reasons { li { (words(&capital(reason))) } } }
             }
             (blocks(s))
         }
@@ -253,6 +256,7 @@ fn block(block: &Block<'_>, title: &str) -> Markup {
         },
         Block::Table(t) => table(t, title),
         Block::Figure(f) => draw::figure(f),
+        Block::Board(angles, figure) => style::board(*angles, Some(figure)),
         Block::Code(language, code) => html! { h3 { (language) } pre { (code) } },
         Block::Findings(all) => html! { ul.findings { @for r in all { (remark(r)) } } },
     }
@@ -281,7 +285,7 @@ fn table(t: &Table, title: &str) -> Markup {
     html! {
         @if !t.caption.is_empty() { div.head { h3 { (t.caption) } } }
         div.table.stack[t.columns.len() > 7] tabindex="0" role="region" aria-label=(if t.caption.is_empty() { title } else { &t.caption }) {
-            table aria-label=(if t.caption.is_empty() { title } else { &t.caption }) {
+            table data-sort[t.is_sortable] aria-label=(if t.caption.is_empty() { title } else { &t.caption }) {
                 thead {
                     @if groups.iter().any(|g| !g[0].group.is_empty()) {
                         tr {
@@ -329,6 +333,7 @@ fn cell_text(c: &Cell) -> Markup {
     match c {
         Cell::Text(text) => html! { (signs(text)) },
         Cell::Share(share) => html! { (format!("{share:.0}")) },
+        Cell::Link(text, address) => html! { a href=(address) { (text) } },
         Cell::Number(text, sd) => html! {
             (shown(text))
             @if let Some(sd) = sd { " " small { "± " (shown(sd)) } }

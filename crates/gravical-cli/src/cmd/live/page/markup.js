@@ -81,35 +81,28 @@ function errorsMarkup(fits) {
 // The mark of each grade.
 const GRADES = { "good": "done", "fair": "near", "poor": "cross", "not-verifiable": "question" };
 
-function gradeMarkup({ grade, text }, fit) {
+// Where there is no report to say it.
+function gradeMarkup({ grade, text }) {
   const [, title, rest] = /^(.*?)(?:: (.*))?$/s.exec(text);
-  const tested = fit?.leave_one_out_mg > 0 ? "at poses that the fit did not use, rms" : "needs more poses than six faces";
-  return html`
-    <div class="grade mark ${grade}" data-mark="${GRADES[grade]}"><p><b>${title}</b><span>${rest}</span></p></div>
-    <div class="numbers">
-      <p><b>${inMg(fit?.worst_mg)}</b><span>error of ‖a‖ that remains at most (95 %, worst direction)</span></p>
-      <p><b>${inMg(fit?.leave_one_out_mg)}</b><span>leave-one-out error: ${tested}</span></p>
-      <p><b>${inMg(Math.hypot(...fit?.bias_mg ?? []))}</b><span>length of the bias that was found</span></p>
-    </div>`;
+  return html`<div class="grade mark ${grade}" data-mark="${GRADES[grade]}"><p><b>${title}</b><span>${rest}</span></p></div>`;
 }
 
-const savedMarkup = ({ file, folder, next }, grade) => html`
+const savedMarkup = ({ file, folder }, grade) => html`
   <p class="saved mark" data-mark="done"><span>Saved as <code>${file}</code>.
     ${folder && html`The raw samples are in <code>${folder}</code>`}</span></p>
   ${folder && grade !== "good" && html`<p><button type="button" class="primary"
-    data-command='{"command":"resume"}'>Go on with more poses</button></p>`}
-  ${next.length > 0 && html`<section><h2>What to do next</h2>${next.map(commandMarkup)}</section>`}`;
+    data-command='{"command":"resume"}'>Go on with more poses</button></p>`}`;
 
 const reportMarkup = address => html`
-  <details class="report"><summary><h2>The report</h2></summary>
-    <iframe src="${address}" title="Calibration report" loading="lazy"></iframe></details>
+  <iframe src="${address}" title="Calibration report"></iframe>
   <p><a href="${address}" target="_blank" rel="noopener">The report in a new tab</a></p>`;
 
 // The end of a session. One that was stopped has no result yet, whatever the last fit said.
-const resultMarkup = ({ verdict, fit, saved, end, truth }, report) => html`
-  ${verdict && (saved || verdict.final) && gradeMarkup(verdict, fit)}
+const resultMarkup = ({ verdict, saved, end, truth }, report) => html`
+  ${!saved?.report && verdict && (saved || verdict.final) && gradeMarkup(verdict)}
   ${saved && savedMarkup(saved, verdict?.grade)}
   ${end?.resume && html`<section><h2>Go on later</h2>
     <p>Nothing is lost; this goes on where you stopped:</p>${commandMarkup(end.resume)}</section>`}
   ${truth && html`<p class="truth">${truth.text}</p>`}
-  ${saved?.report && reportMarkup(report)}`;
+  ${saved?.report && reportMarkup(report)}
+  ${saved?.next.length > 0 && html`<section><h2>What to do next</h2>${saved.next.map(commandMarkup)}</section>`}`;

@@ -39,7 +39,12 @@ function update() {
   show("#ports", is_asked);
   show("#result", is_over);
   if (is_asked) render($("#ports"), portsMarkup(state.ports));
-  if (is_over) render($("#result"), resultMarkup(state, address("report")));
+  if (is_over) {
+    render($("#result"), resultMarkup(state, address("report")));
+    // The report is as high as it is: the page scrolls, not the frame.
+    const frame = $("iframe");
+    if (frame) frame.onload = () => new ResizeObserver(([{ target }]) => { frame.style.height = `${target.scrollHeight + 4}px`; }).observe(frame.contentDocument.body);
+  }
   updateBoard();
   updateTiles();
   updateButtons(now);
