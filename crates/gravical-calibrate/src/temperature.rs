@@ -84,17 +84,18 @@ pub fn study(recordings: &[Recording]) -> Result<TemperatureModel> {
         let name = recordings.first().map_or("", |r| r.name.as_str());
         problem.error().at(Path::new(name), None)
     };
-    let wide = |span_c: f64| {
+    let too_narrow = |span_c: f64| {
         let least_c = MIN_SPAN_C;
-        let is_wide = span_c > least_c;
-        is_wide
-            .then_some(())
-            .ok_or_else(|| refuse(Problem::TooNarrow { span_c, least_c }))
+        refuse(Problem::TooNarrow { span_c, least_c })
+    };
+    let wide = |range: TemperatureRange| match range.span_c() {
+        span_c if span_c > MIN_SPAN_C => Ok(range),
+        span_c => Err(too_narrow(span_c)),
     };
     let ranges = recordings.iter().filter_map(Recording::temperature_range_c);
     let recorded = TemperatureRange::of(ranges.flatten())
         .ok_or_else(|| refuse(Problem::NoTemperature).advise("columns", ""))?;
-    wide(recorded.span_c())?;
+    wide(recorded)?;
     let mut rests: Vec<_> = recordings.iter().map(rests::detect_rests).collect();
     if rests.iter().all(Vec::is_empty) {
         return Err(refuse(Problem::NoneOfSoak));
@@ -107,12 +108,10 @@ pub fn study(recordings: &[Recording]) -> Result<TemperatureModel> {
         rests.retain(|rest| span_c(rest) > MIN_REST_SPAN_C);
     }
     let used = TemperatureRange::of(rests.iter().flatten().flatten().map(|b| b.t_c));
-    wide(used.map_or(widest_c, |used| used.span_c()))?;
-    let mut range_c = used.map_or([0.0; 2], |used| [used.min, used.max]);
-    let mut blocks = direct_blocks(
-        &rests,
-        (TURN_SHARE * (range_c[1] - range_c[0])).max(MIN_TURN_C),
-    );
+    let used = wide(used.ok_or_else(|| too_narrow(widest_c))?)?;
+    let mut range_c = [used.min, used.max];
+    let turn_c = (TURN_SHARE * used.span_c()).max(MIN_TURN_C);
+    let mut blocks = direct_blocks(&rests, turn_c);
     let shared = shared_range(&blocks);
     // Temperatures that only one direction reached were not tested and are left out.
     if let Ok(shared) = &shared {

@@ -34,7 +34,7 @@ pub struct DriftTest {
 pub fn test_drift(poses: &[Pose], options: &Options) -> Result<DriftTest, Undetermined> {
     let parts = |drift: bool| errors_of_parts(poses, &Options { drift, ..*options });
     let (without, with) = (parts(false)?, parts(true)?);
-    let gains = &without - &with;
+    let gains = without - with;
     // The variance of a mean of so many.
     let variance = gains.add_scalar(-gains.mean()).norm_squared() / (PARTS * (PARTS - 1)) as f64;
     Ok(DriftTest {

@@ -40,7 +40,8 @@ pub struct Test {
     pub chi2: f64,
     /// Rank of C: its degrees of freedom; 0 where there was nothing to test.
     pub degrees_of_freedom: usize,
-    /// Probability that chance makes as much; 1 where there was nothing to test.
+    /// Probability that chance makes as much, by χ², or by F where C rests on tilts of which σ was estimated; 1
+    /// where there was nothing to test.
     pub p_value: f64,
 }
 
@@ -343,11 +344,8 @@ impl Effects {
             let share = (&tilts.slopes * &by_errors).norm_squared() / chi2.max(f64::MIN_POSITIVE);
             share / freedom
         };
-        Test::new(
-            chi2,
-            rank,
-            1.0 / tilts.iter().flatten().map(term).sum::<f64>(),
-        )
+        let inverse: f64 = tilts.iter().flatten().map(term).sum();
+        Test::new(chi2, rank, 1.0 / inverse)
     }
 }
 
@@ -421,8 +419,8 @@ impl Pair {
     fn lengths(&self, x: &Both, i: usize, directions: &[Vector3<f64>]) -> Option<DVector<f64>> {
         let (from, gravity) = (self.x.column(i).into_owned(), self.gravity_mps2[i]);
         let mut out = DVector::zeros(directions.len());
-        for (i, sign) in [-1.0, 1.0].into_iter().enumerate() {
-            let by = x.column(i).into_owned();
+        for (side, sign) in [-1.0, 1.0].into_iter().enumerate() {
+            let by = x.column(side).into_owned();
             let inverse = matrix(&by).try_inverse()?;
             for (k, n) in directions.iter().enumerate() {
                 let reading = matrix(&from) * n * gravity + bias(&from, 0.0);
