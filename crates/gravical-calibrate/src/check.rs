@@ -2,13 +2,13 @@
 //!
 //! At rest ‖a‖ is g in every pose. The mean of each static interval is calibrated, its length
 //! compared with g, and the errors of all are held against what the calibration's covariance, the
-//! noise of the means and the model error predict together ([`gravical_fit::later::check`]).
+//! noise of the means and the model error predict together ([`gravical_fit::consistency::check`]).
 //!
 //! It tests what was recorded and nothing else: the verdict says which axes were not. An interval
 //! of constant velocity or acceleration looks like rest and is judged as one.
 
 use gravical_core::matrix3::{norm, unit};
-use gravical_fit::later::{self, Length, StaticMean};
+use gravical_fit::consistency::{self, Length, StaticMean};
 use gravical_fit::model::BIAS;
 use gravical_fit::{SIGNIFICANCE, Sensor, Test};
 use serde::{Deserialize, Serialize};
@@ -20,7 +20,7 @@ use crate::calibration_file::{
 };
 use crate::finding::{Case, Finding};
 use crate::gravity::Gravity;
-use crate::later::{ASSUMED_ERROR_MPS2, gravity_differs, judge, sensor};
+use crate::judgement::{ASSUMED_ERROR_MPS2, gravity_differs, judge, sensor};
 use crate::numfmt::{mg, milli_g};
 use crate::poses::face::{AxisMap, Face, axes_where};
 use crate::poses::mean::pooled_noise;
@@ -31,7 +31,7 @@ use crate::recording::{Recording, after_losses, already_calibrated};
 use crate::stats::{mean_of_finite, median, rms};
 use crate::temperature::{NoTemperature, bring_to_reference, not_applied};
 
-pub use crate::later::{Judgement, Side, Verdict};
+pub use crate::judgement::{Judgement, Side, Verdict};
 
 /// No mean of a cheap accelerometer is better than this, m/s² (0.1 mg): its bias wanders by as
 /// much from one minute to the next.
@@ -197,29 +197,86 @@ pub fn check(
         value_mps2: calibration.gravity_mps2,
         source: calibration.gravity_source,
     });
-    let covariance = calibration.accelerometer.covariance_of_parameters();
-    let has_covariance = covariance.is_some();
     judge_units(calibration, recordings, &intervals, &gravity, &mut findings)?;
-
+    let covariance = calibration.accelerometer.covariance_of_parameters();
     let mut sensor = sensor(calibration, name, 1.0, 0.0)?;
-    if has_covariance {
+    if covariance.is_some() {
         widen_for_temperature(&mut sensor, calibration, &intervals);
     }
-    let here = options.gravity.map(|g| g.for_fit());
-    let mean = |interval: &Pose| static_mean(&recordings[interval.recording], interval);
-    let means: Vec<StaticMean> = intervals.iter().map(mean).collect();
-    let fitted: Vec<bool> = intervals
-        .iter()
-        .map(|interval| is_fitted(calibration, &recordings[interval.recording], interval))
-        .collect();
+    let of = |interval: &Pose| &recordings[interval.recording];
+    let fitted = intervals.iter().map(|p| is_fitted(calibration, of(p), p));
+    let fitted: Vec<bool> = fitted.collect();
     let counts = counts(&intervals, &fitted);
-    let singular = || Problem::Singular.error().at(name.as_ref(), None);
-    let result = later::check(&sensor, here, &means, |i| counts[i]).ok_or_else(singular)?;
-    let describe = |(i, length): (usize, &Length)| {
-        let interval = &intervals[i];
-        let recording = &recordings[interval.recording];
+    let means: Vec<StaticMean> = intervals.iter().map(|p| static_mean(of(p), p)).collect();
+    let here = options.gravity.map(|g| g.for_fit());
+    let (lengths, test) = consistency::check(&sensor, here, &means, |i| counts[i])
+        .ok_or_else(|| Problem::Singular.error().at(name.as_ref(), None))?;
+    let stills = intervals.iter().zip(&lengths).zip(&counts);
+    let stills = stills.map(|((interval, length), counts)| StillCheck {
+        counts: *counts,
+        ..StillCheck::new(of(interval), interval, length, &options.axes)
+    });
+    let static_intervals: Vec<StillCheck> = stills.collect();
+    circumstances(calibration, recordings, &intervals, &mut findings);
+    let values = [calibration.gravity_mps2, gravity.value_mps2];
+    findings.extend(gravity_differs(values, ["in the calibration", "here"]));
+    findings.sort_by_key(|f| std::cmp::Reverse(f.severity));
+    let only_fitted = !fitted.contains(&false);
+    // What it was fitted to agrees with it; what is assumed is no proof.
+    let no_proof = match covariance {
+        _ if only_fitted => Some("the calibration was fitted to these static intervals"),
+        None => Some("the calibration has no covariance"),
+        Some(_) => None,
+    };
+    let level = (SIGNIFICANCE, Judgement::DoesNotFit);
+    let what = "‖a‖ at rest and gravity";
+    let (judgement, reason) = judge(what, Some(&test), level, no_proof);
+    let used: Vec<&StillCheck> = static_intervals.iter().filter(|s| s.counts).collect();
+    let size = |i: &usize| static_intervals[*i].z.abs();
+    let counted = (0..counts.len()).filter(|i| counts[*i]);
+    let worst = counted.max_by(|i, j| size(i).total_cmp(&size(j)));
+    // Axes of the case that intervals have up, down, both or none of it.
+    let ways = |axis: usize| {
+        let along = |sign: f64| {
+            let is_along = |s: &&StillCheck| sign * unit(&s.calibrated)[axis] >= TESTED_COSINE;
+            usize::from(used.iter().any(is_along))
+        };
+        along(1.0) + along(-1.0)
+    };
+    let sides = [
+        Side::of_calibration(calibration),
+        Side::of_recordings(recordings),
+    ];
+    let mut report = CheckReport {
+        calibration: name.to_owned(),
+        recordings: recordings.iter().map(|r| r.name.clone()).collect(),
+        gravity_mps2: gravity.value_mps2,
+        gravity_source: gravity.source,
+        gravity_of_calibration: options.gravity.is_none(),
+        worst: worst.unwrap_or(0),
+        rms_mps2: rms(used.iter().map(|s| s.error_mps2)),
+        predicted_rms_mps2: rms(used.iter().map(|s| s.sigma_mps2)),
+        test,
+        untested_axes: axes_where(|axis| ways(axis) == 0),
+        one_way_axes: axes_where(|axis| ways(axis) == 1),
+        static_intervals,
+        only_fitted,
+        findings,
+        age_days: sides[0].days_to(&sides[1]),
+        sides,
+        verdict: Verdict {
+            judgement,
+            reasons: vec![reason],
+        },
+    };
+    complete(&mut report, covariance.is_some(), &gravity);
+    Ok(report)
+}
+
+impl StillCheck {
+    fn new(recording: &Recording, interval: &Pose, length: &Length, axes: &AxisMap) -> StillCheck {
         let is_named = recording.labels.is_some() && !interval.is_found;
-        let calibrated = options.axes.to_case(length.force);
+        let calibrated = axes.to_case(length.force);
         let (nearest, face_angle_deg) = Face::nearest(calibrated);
         StillCheck {
             file: recording.name.clone(),
@@ -235,66 +292,9 @@ pub fn check(
             z: length.error_mps2 / length.sd_mps2,
             temperature_c: interval.temperature_c,
             clipped: interval.clipped as u64,
-            counts: counts[i],
+            counts: true,
         }
-    };
-    let static_intervals: Vec<StillCheck> =
-        result.lengths.iter().enumerate().map(describe).collect();
-    circumstances(calibration, recordings, &intervals, &mut findings);
-    let values = [calibration.gravity_mps2, gravity.value_mps2];
-    findings.extend(gravity_differs(values, ["in the calibration", "here"]));
-    findings.sort_by_key(|f| std::cmp::Reverse(f.severity));
-    let only_fitted = !fitted.contains(&false);
-    // What it was fitted to agrees with it; what is assumed is no proof.
-    let no_proof = match () {
-        () if only_fitted => Some("the calibration was fitted to these static intervals"),
-        () if !has_covariance => Some("the calibration has no covariance"),
-        () => None,
-    };
-    let level = (SIGNIFICANCE, Judgement::DoesNotFit);
-    let (judgement, reason) = judge(
-        "‖a‖ at rest and gravity",
-        Some(&result.test),
-        level,
-        no_proof,
-    );
-    let used = || static_intervals.iter().filter(|s| s.counts);
-    let size = |i: &usize| static_intervals[*i].z.abs();
-    let counted = (0..counts.len()).filter(|i| counts[*i]);
-    let worst = counted.max_by(|i, j| size(i).total_cmp(&size(j)));
-    // Axes of the case that intervals have up, down, both or none of it.
-    let ways = |axis: usize| {
-        let along = |sign: f64| used().any(|s| sign * unit(&s.calibrated)[axis] >= TESTED_COSINE);
-        usize::from(along(1.0)) + usize::from(along(-1.0))
-    };
-    let sides = [
-        Side::of_calibration(calibration),
-        Side::of_recordings(recordings),
-    ];
-    let mut report = CheckReport {
-        calibration: name.to_owned(),
-        recordings: recordings.iter().map(|r| r.name.clone()).collect(),
-        gravity_mps2: gravity.value_mps2,
-        gravity_source: gravity.source,
-        gravity_of_calibration: options.gravity.is_none(),
-        worst: worst.unwrap_or(0),
-        rms_mps2: rms(used().map(|s| s.error_mps2)),
-        predicted_rms_mps2: rms(used().map(|s| s.sigma_mps2)),
-        test: result.test,
-        untested_axes: axes_where(|axis| ways(axis) == 0),
-        one_way_axes: axes_where(|axis| ways(axis) == 1),
-        static_intervals,
-        only_fitted,
-        findings,
-        age_days: sides[0].days_to(&sides[1]),
-        sides,
-        verdict: Verdict {
-            judgement,
-            reasons: vec![reason],
-        },
-    };
-    complete(&mut report, has_covariance, &gravity);
-    Ok(report)
+    }
 }
 
 /// Adds to the reason by the test how large the errors are, and what was not tested.
@@ -322,17 +322,16 @@ fn complete(report: &mut CheckReport, has_covariance: bool, gravity: &Gravity) {
 }
 
 fn untested(none: &[String], one_way: &[String]) -> String {
-    let mut parts = Vec::new();
-    if !none.is_empty() {
-        let axes = if none.len() == 1 { "axis" } else { "axes" };
-        parts.push(format!("does not test the {} {axes}", none.join(" and ")));
-    }
-    if !one_way.is_empty() {
-        let axes = one_way.join(" and ");
-        parts.push(format!(
-            "{axes} pointed one way only, where bias and scale are not distinguished"
-        ));
-    }
+    let axes = if none.len() == 1 { "axis" } else { "axes" };
+    let none =
+        (!none.is_empty()).then(|| format!("does not test the {} {axes}", none.join(" and ")));
+    let one_way = (!one_way.is_empty()).then(|| {
+        format!(
+            "{} pointed one way only, where bias and scale are not distinguished",
+            one_way.join(" and ")
+        )
+    });
+    let parts: Vec<String> = none.into_iter().chain(one_way).collect();
     if parts.is_empty() {
         return "every axis was tested in both directions".to_owned();
     }

@@ -3,20 +3,22 @@
 //! A board that sits differently in its case, or faces that lie crookedly, turn the frame: that
 //! changes the direction of what is measured and never its length. So a difference is reported in
 //! two parts, each with its own test: what changes ‖a‖ (bias, scale, angles between the axes), and
-//! the rotation between the frames ([`gravical_fit::later::compare`]).
+//! the rotation between the frames ([`gravical_fit::consistency::compare`]).
 //!
 //! It rests on the covariances of both files. What they leave out (drift with temperature, another
 //! gravity, shared recordings) is said.
 
 use gravical_core::matrix3::norm;
 use gravical_core::unit::DEGREES_PER_RADIAN;
-use gravical_fit::{Sensor, Test, later};
+use gravical_fit::{Sensor, Test, consistency};
 use serde::Serialize;
 
 use crate::Result;
 use crate::calibration_file::{Accelerometer, Calibration, TemperatureRange};
 use crate::finding::{Case, Finding};
-use crate::later::{Judgement, PART_SIGNIFICANCE, Side, Verdict, gravity_differs, judge, sensor};
+use crate::judgement::{
+    Judgement, PART_SIGNIFICANCE, Side, Verdict, gravity_differs, judge, sensor,
+};
 use crate::numfmt::{COVERAGE, decimals_for, fixed, signed, unit};
 use crate::problem::Problem;
 use crate::recording::AccelUnit;
@@ -85,7 +87,7 @@ const PARTS: [(&str, [&str; 3], &str, f64); 4] = [
 ];
 
 /// The differences one by one; `with_sigma`: both have a covariance.
-fn parameters(found: &later::Compare, with_sigma: bool) -> Vec<ParameterDifference> {
+fn parameters(found: &consistency::Compare, with_sigma: bool) -> Vec<ParameterDifference> {
     let turn = found.turn.as_ref();
     let [a, b] = &found.invariants;
     let one = |k: usize| {
@@ -113,7 +115,7 @@ fn parameters(found: &later::Compare, with_sigma: bool) -> Vec<ParameterDifferen
 /// The part that changes the length of what is measured.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct MagnitudeDifference {
-    /// χ² of the nine parameters; null without covariances.
+    /// Of ‖a‖ by both for six readings on faces, and of the three angles; null without covariances.
     pub test: Option<Test>,
     /// The judgement.
     pub judgement: Judgement,
@@ -135,7 +137,7 @@ pub struct OrientationDifference {
     pub angle_deg: f64,
     /// About this axis; zero for no turn.
     pub axis: [f64; 3],
-    /// χ² of the three components of the rotation vector; null without covariances, or where the
+    /// Of the three components of the rotation vector; null without covariances, or where the
     /// placements of a session do not show how its frame sits in the case.
     pub test: Option<Test>,
     /// The judgement.
@@ -174,24 +176,22 @@ pub struct OrientationDifference {
 /// # Ok::<(), gravical::Error>(())
 /// ```
 pub fn compare(a: &Calibration, b: &Calibration, names: [&str; 2]) -> Result<Comparison> {
-    let mut findings = Vec::new();
     let pair = [a, b];
-    let [sensor_a, sensor_b] = sensors(pair, names, &mut findings)?;
-    let singular = || Problem::Singular.error().at(names[1].as_ref(), None);
-    let tilts = pair.map(Calibration::tilts);
-    let found = [(&sensor_a, &tilts[0]), (&sensor_b, &tilts[1])];
-    let found = later::compare(found).ok_or_else(singular)?;
-    findings.extend(gravity_differs(
-        pair.map(|f| f.gravity_mps2),
-        ["in A", "in B"],
-    ));
+    let mut findings = Vec::new();
+    let sensors = sensors(pair, names, &mut findings)?;
+    let placements = pair.map(Calibration::placements);
+    let found = consistency::compare([0, 1].map(|i| (&sensors[i], &placements[i])))
+        .ok_or_else(|| Problem::Singular.error().at(names[1].as_ref(), None))?;
+    let gravity_mps2 = pair.map(|f| f.gravity_mps2);
+    findings.extend(gravity_differs(gravity_mps2, ["in A", "in B"]));
     for (file, name) in pair.into_iter().zip(names) {
         findings.extend(file.poor_finding().map(|f| f.in_file(name)));
     }
     let [x, y] = pair.map(|f| &f.accelerometer);
     let is_same = x.matrix == y.matrix && x.bias == y.bias;
-    let has_covariance = |s: &Accelerometer| s.covariance_of_parameters().is_some();
-    let has_covariances = has_covariance(x) && has_covariance(y);
+    let has_covariances = [x, y]
+        .iter()
+        .all(|s| s.covariance_of_parameters().is_some());
     let shared = shared(a, b).filter(|_| !is_same);
     // Why agreement would prove nothing.
     let no_proof = match &shared {
@@ -200,47 +200,46 @@ pub fn compare(a: &Calibration, b: &Calibration, names: [&str; 2]) -> Result<Com
         None => None,
     };
     findings.extend(shared);
-    let tested = |test: Test| Some(test).filter(|t| has_covariances && t.degrees_of_freedom > 0);
-    let judge = |what: &str, test: Option<&Test>, no_proof: Option<&str>| {
-        if is_same {
-            return (Judgement::Agrees, format!("{what}: the same in both"));
-        }
+    let mut reasons = Vec::new();
+    let mut judged = |what: &str, test: Option<Test>, no_proof: Option<&str>| {
         let level = (PART_SIGNIFICANCE, Judgement::Differs);
-        judge(what, test, level, no_proof)
+        let (judgement, reason) = if is_same {
+            (Judgement::Agrees, format!("{what}: the same in both"))
+        } else {
+            judge(what, test.as_ref(), level, no_proof)
+        };
+        reasons.push(reason);
+        judgement
     };
+    let tested = |test: Test| Some(test).filter(|t| has_covariances && t.degrees_of_freedom > 0);
     let parameters = parameters(&found, has_covariances);
     let test = tested(found.magnitude.test);
-    let (judgement, reason) = judge("bias, scale and misalignment", test.as_ref(), no_proof);
-    let mut reasons = vec![reason];
-    if judgement.is_change() {
-        reasons.extend(most(&parameters[..9]));
-    }
     let magnitude = MagnitudeDifference {
         test,
-        judgement,
+        judgement: judged("bias, scale and misalignment", test, no_proof),
         norm_rms_mps2: found.norm.rms_mps2,
         predicted_rms_mps2: has_covariances.then_some(found.norm.predicted_rms_mps2),
         norm_largest_mps2: found.norm.largest_mps2,
         largest_at: found.norm.largest_at,
     };
+    let fits = pair.map(|f| f.reliability.fit);
+    let is_oriented = fits.iter().flatten().all(|fit| fit.oriented);
+    let open = "one of the sessions has faces on less than two axes";
     let orientation = found.turn.map(|turn| {
-        let is_oriented = pair
-            .iter()
-            .all(|f| f.reliability.fit.is_none_or(|fit| fit.oriented));
         let test = tested(turn.test).filter(|_| is_oriented);
-        let open = (!is_oriented).then_some("one of the sessions has faces on less than two axes");
-        let what = "directions of the axes in the case";
-        let (judgement, reason) = judge(what, test.as_ref(), no_proof.or(open));
-        reasons.push(reason);
+        let no_proof = no_proof.or((!is_oriented).then_some(open));
         let turn: [f64; 3] = std::array::from_fn(|i| turn.value[i]);
         let angle = norm(&turn);
         OrientationDifference {
             angle_deg: angle.to_degrees(),
             axis: turn.map(|v| if angle > 0.0 { v / angle } else { 0.0 }),
             test,
-            judgement,
+            judgement: judged("directions of the axes in the case", test, no_proof),
         }
     });
+    if magnitude.judgement.is_change() {
+        reasons.splice(1..1, most(&parameters[..9]));
+    }
     // Mirror images differ, whatever their uncertainty. A rotation that agrees may be a convention;
     // ‖a‖ does not depend on it.
     let judgement = match &orientation {
@@ -260,7 +259,7 @@ pub fn compare(a: &Calibration, b: &Calibration, names: [&str; 2]) -> Result<Com
         files: names.map(str::to_owned),
         age_days: sides[0].days_to(&sides[1]),
         sides,
-        gravity_mps2: pair.map(|f| f.gravity_mps2),
+        gravity_mps2,
         temperature_c: pair.map(|f| f.temperature_c),
         two_sensors: two_sensors(pair),
         parameters,
@@ -272,14 +271,15 @@ pub fn compare(a: &Calibration, b: &Calibration, names: [&str; 2]) -> Result<Com
 }
 
 fn most(parameters: &[ParameterDifference]) -> Option<String> {
-    let each = parameters.iter().filter_map(|p| Some((p, p.z?.abs())));
-    let (p, _) = each.max_by(|a, b| a.1.total_cmp(&b.1))?;
-    let (name, sigma) = (p.name.replace('_', " "), p.sigma.unwrap_or(0.0));
-    let within = COVERAGE * sigma;
+    let size = |p: &&ParameterDifference| p.z.map_or(-1.0, f64::abs);
+    let p = parameters
+        .iter()
+        .max_by(|a, b| size(a).total_cmp(&size(b)))?;
+    let within = COVERAGE * p.sigma?;
     let n = decimals_for(within);
-    let (change, sigma) = (signed(p.difference, n), fixed(within, n));
-    let unit = unit(p.unit);
-    Some(format!("most of all {name}, by {change} ± {sigma} {unit}"))
+    let (change, within) = (signed(p.difference, n), fixed(within, n));
+    let (name, unit) = (p.name.replace('_', " "), unit(p.unit));
+    Some(format!("most of all {name}, by {change} ± {within} {unit}"))
 }
 
 /// Names or types, where the files are of two sensors.
@@ -324,25 +324,31 @@ fn sensors(
     names: [&str; 2],
     findings: &mut Vec<Finding>,
 ) -> Result<[Sensor; 2]> {
-    let [x, y] = pair.map(|f| &f.accelerometer);
-    let [of_x, of_y] = [x, y].map(Accelerometer::mean_scale);
-    let unknown = [x, y].map(|s| s.input_unit).contains(&AccelUnit::Unknown);
-    if !(unknown || x.input_unit == y.input_unit) || (of_y / of_x - 1.0).abs() > SAME_SCALE {
-        let differ = Problem::CalibrationsDiffer {
-            names: names.map(str::to_owned),
-            units: [x, y].map(|s| s.input_unit),
-            per_mps2: [of_x, of_y],
-        };
-        return Err(differ.error());
+    let both = pair.map(|f| &f.accelerometer);
+    let (units, per_mps2) = (
+        both.map(|s| s.input_unit),
+        both.map(Accelerometer::mean_scale),
+    );
+    let is_unknown = units.contains(&AccelUnit::Unknown);
+    let is_one_unit = is_unknown || units[0] == units[1];
+    if !is_one_unit || (per_mps2[1] / per_mps2[0] - 1.0).abs() > SAME_SCALE {
+        let names = names.map(str::to_owned);
+        return Err(Problem::CalibrationsDiffer {
+            names,
+            units,
+            per_mps2,
+        }
+        .error());
     }
-    if unknown {
-        findings.push(Case::ScalesAlike.finding());
-    }
-    let nominal = x.nominal_per_mps2().or(y.nominal_per_mps2());
-    let per = nominal.unwrap_or(of_x);
+    findings.extend(is_unknown.then(|| Case::ScalesAlike.finding()));
+    let nominal = both[0].nominal_per_mps2().or(both[1].nominal_per_mps2());
     let one = |i: usize| {
-        let offset = pair[i].accelerometer.zero_offset();
-        sensor(pair[i], names[i], per, offset)
+        sensor(
+            pair[i],
+            names[i],
+            nominal.unwrap_or(per_mps2[0]),
+            both[i].zero_offset(),
+        )
     };
     Ok([one(0)?, one(1)?])
 }

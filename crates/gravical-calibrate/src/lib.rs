@@ -23,7 +23,7 @@ pub mod check;
 pub mod compare;
 pub mod finding;
 pub mod gravity;
-mod later;
+mod judgement;
 pub mod numfmt;
 pub mod poses;
 mod problem;

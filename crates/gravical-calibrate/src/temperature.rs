@@ -84,156 +84,130 @@ pub fn study(recordings: &[Recording]) -> Result<TemperatureModel> {
         let name = recordings.first().map_or("", |r| r.name.as_str());
         problem.error().at(Path::new(name), None)
     };
-    let ranges = recordings.iter().filter_map(Recording::temperature_range_c);
-    let Some(recorded) = TemperatureRange::of(ranges.flatten()) else {
-        return Err(refuse(Problem::NoTemperature).advise("columns", ""));
+    let too_narrow = |span_c: f64| {
+        let least_c = MIN_SPAN_C;
+        refuse(Problem::TooNarrow { span_c, least_c })
     };
-    let span_c = recorded.span_c();
-    if span_c <= MIN_SPAN_C {
-        return Err(refuse(Problem::TooNarrow {
-            span_c,
-            least_c: MIN_SPAN_C,
-        }));
-    }
+    let wide = |range: TemperatureRange| match range.span_c() {
+        span_c if span_c > MIN_SPAN_C => Ok(range),
+        span_c => Err(too_narrow(span_c)),
+    };
+    let ranges = recordings.iter().filter_map(Recording::temperature_range_c);
+    let recorded = TemperatureRange::of(ranges.flatten())
+        .ok_or_else(|| refuse(Problem::NoTemperature).advise("columns", ""))?;
+    wide(recorded)?;
     let mut rests: Vec<_> = recordings.iter().map(rests::detect_rests).collect();
     if rests.iter().all(Vec::is_empty) {
         return Err(refuse(Problem::NoneOfSoak));
     }
-    let range = |rest: &Vec<RestBlock>| TemperatureRange::of(rest.iter().map(|b| b.t_c));
-    let span_c = |rest: &Vec<RestBlock>| range(rest).map_or(0.0, |range| range.span_c());
+    let span_c = |rest: &Vec<RestBlock>| {
+        TemperatureRange::of(rest.iter().map(|b| b.t_c)).map_or(0.0, |range| range.span_c())
+    };
     let widest_c = rests.iter().flatten().map(span_c).fold(0.0, f64::max);
     for rests in &mut rests {
         rests.retain(|rest| span_c(rest) > MIN_REST_SPAN_C);
     }
-    let used = range(&rests.iter().flatten().flatten().copied().collect());
-    match used {
-        Some(used) if used.span_c() > MIN_SPAN_C => {
-            Ok(fit_model(recordings, &rests, [used.min, used.max]))
-        }
-        used => {
-            let span_c = used.map_or(widest_c, |used| used.span_c());
-            Err(refuse(Problem::TooNarrow {
-                span_c,
-                least_c: MIN_SPAN_C,
-            }))
-        }
+    let used = TemperatureRange::of(rests.iter().flatten().flatten().map(|b| b.t_c));
+    let used = wide(used.ok_or_else(|| too_narrow(widest_c))?)?;
+    let mut range_c = [used.min, used.max];
+    let turn_c = (TURN_SHARE * used.span_c()).max(MIN_TURN_C);
+    let mut blocks = direct_blocks(&rests, turn_c);
+    let shared = shared_range(&blocks);
+    // Temperatures that only one direction reached were not tested and are left out.
+    if let Ok(shared) = &shared {
+        range_c = *shared;
+        blocks.retain(|(_, _, b)| (range_c[0]..=range_c[1]).contains(&b.t_c));
     }
+    let mut rates = blocks.iter().flat_map(|(_, _, b)| &b.readings[3..]);
+    let count = if rates.any(|v| v.is_finite()) { 6 } else { 3 };
+    let test = |channel: usize| {
+        let block = |(rest, direction, block): &DirectedBlock| Block {
+            rest: *rest,
+            direction: *direction,
+            t_c: block.t_c,
+            reading: block.readings[channel],
+        };
+        let fit = shared
+            .as_ref()
+            .ok()
+            .and_then(|_| fit_drift(blocks.iter().map(block)));
+        let per_c = fit.and_then(|fit| fit.per_c);
+        let reason = match (&shared, fit) {
+            (Err(why), _) => why,
+            (_, None) => "its means determine no slope, or do not vary",
+            _ if per_c.is_some() => "each direction predicts the other",
+            _ => {
+                "one direction does not predict the other: hysteresis or drift with time, or no drift beyond the noise"
+            }
+        };
+        ChannelDrift {
+            r2_cooling_to_warming: fit.map(|fit| fit.r2_cooling_to_warming),
+            r2_warming_to_cooling: fit.map(|fit| fit.r2_warming_to_cooling),
+            ..channel_drift(recordings, channel, per_c, reason)
+        }
+    };
+    Ok(TemperatureModel {
+        reference_c: 0.5 * (range_c[0] + range_c[1]),
+        range_c,
+        channels: (0..count).map(test).collect(),
+    })
 }
 
+/// A block with the number of its rest and the direction of its temperature.
+type DirectedBlock = (usize, Direction, RestBlock);
+
 /// The blocks of all rests with the direction of their temperature; none of a recording where it never
-/// turns by `turn_c`.
-fn direct_blocks(recordings: &[Vec<Vec<RestBlock>>], turn_c: f64) -> Vec<Block> {
-    let mut out = Vec::new();
-    let mut number = 0..;
-    for rests in recordings {
-        // The direction stays the same while the sensor is moved to another pose.
+/// turns by `turn_c`. The direction stays the same while the sensor is moved to another pose.
+fn direct_blocks(recordings: &[Vec<Vec<RestBlock>>], turn_c: f64) -> Vec<DirectedBlock> {
+    let mut numbers = 0..;
+    let directed = recordings.iter().flat_map(|rests| {
+        let of_rest = |(blocks, n): (&Vec<RestBlock>, usize)| vec![n; blocks.len()];
+        let numbers: Vec<usize> = rests.iter().zip(&mut numbers).flat_map(of_rest).collect();
         let t_c: Vec<f64> = rests.iter().flatten().map(|b| b.t_c).collect();
-        let mut directions = detect_directions(&t_c, turn_c).into_iter();
-        for (blocks, rest) in rests.iter().zip(&mut number) {
-            let directed = blocks.iter().zip(&mut directions);
-            out.extend(directed.map(|(block, direction)| Block {
-                rest,
-                direction,
-                t_c: block.t_c,
-                readings: block.readings,
-            }));
-        }
-    }
-    out
+        let directed = numbers.into_iter().zip(detect_directions(&t_c, turn_c));
+        let each = directed.zip(rests.iter().flatten());
+        each.map(|((rest, direction), block)| (rest, direction, *block))
+            .collect::<Vec<_>>()
+    });
+    directed.collect()
 }
 
 /// The temperatures that both directions reached, or why they cannot test each other.
-fn shared_range(blocks: &[Block]) -> std::result::Result<[f64; 2], String> {
-    let range = |direction| {
-        let of_direction = blocks.iter().filter(|b| b.direction == direction);
-        TemperatureRange::of(of_direction.map(|b| b.t_c))
-    };
-    let only = |verb: &str| {
-        format!(
+fn shared_range(blocks: &[DirectedBlock]) -> std::result::Result<[f64; 2], String> {
+    let range = |direction: Direction, verb: &str| {
+        let of_direction = blocks.iter().filter(|(_, d, _)| *d == direction);
+        TemperatureRange::of(of_direction.map(|(_, _, b)| b.t_c)).ok_or_else(|| format!(
             "the temperature only {verb}: with one direction the drift cannot be tested; also record the opposite one"
-        )
+        ))
     };
-    let cooling = range(Direction::Cooling).ok_or_else(|| only("rose"))?;
-    let warming = range(Direction::Warming).ok_or_else(|| only("fell"))?;
+    let cooling = range(Direction::Cooling, "rose")?;
+    let warming = range(Direction::Warming, "fell")?;
     let shared = [cooling.min.max(warming.min), cooling.max.min(warming.max)];
     let shared_c = (shared[1] - shared[0]).max(0.0);
-    if shared_c <= MIN_SPAN_C {
-        return Err(format!(
-            "cooling and warming share only {shared_c:.1} °C; more than {MIN_SPAN_C:.0} °C are needed to test one with the other"
-        ));
-    }
-    Ok(shared)
+    (shared_c > MIN_SPAN_C).then_some(shared).ok_or_else(|| format!(
+        "cooling and warming share only {shared_c:.1} °C; more than {MIN_SPAN_C:.0} °C are needed to test one with the other"
+    ))
 }
 
-/// The model from the `rests` of each recording, which span `range_c`.
-fn fit_model(
+/// The drift of a channel in the unit of the recordings: with a slope it is corrected.
+fn channel_drift(
     recordings: &[Recording],
-    rests: &[Vec<Vec<RestBlock>>],
-    range_c: [f64; 2],
-) -> TemperatureModel {
-    let turn_c = (TURN_SHARE * (range_c[1] - range_c[0])).max(MIN_TURN_C);
-    let mut blocks = direct_blocks(rests, turn_c);
-    let shared = shared_range(&blocks);
-    let range_c = shared.clone().unwrap_or(range_c);
-    let reference_c = 0.5 * (range_c[0] + range_c[1]);
-    // Temperatures that only one direction reached were not tested and are left out.
-    blocks.retain(|b| (range_c[0]..=range_c[1]).contains(&b.t_c));
-    let mut rates = blocks.iter().flat_map(|b| &b.readings[3..]);
-    let count = if rates.any(|v| v.is_finite()) { 6 } else { 3 };
-    let channel = |channel: usize| {
-        let drift = match &shared {
-            Ok(_) => test_channel(&blocks, channel),
-            Err(reason) => refuse(reason),
-        };
-        named(recordings, channel, drift)
-    };
-    TemperatureModel {
-        reference_c,
-        range_c,
-        channels: (0..count).map(channel).collect(),
-    }
-}
-
-/// A drift with the name of its channel and the unit of the recordings.
-fn named(recordings: &[Recording], channel: usize, drift: ChannelDrift) -> ChannelDrift {
-    let first = recordings.first();
-    let gyro_scale = first.and_then(|r| r.units.gyro);
-    let unit = match channel {
-        0..3 => first.map(|r| r.units.accel.unit.name()),
-        _ => gyro_scale.map(|g| g.unit.name()),
-    };
+    channel: usize,
+    per_c: Option<f64>,
+    reason: &str,
+) -> ChannelDrift {
+    let unit = recordings.first().and_then(|first| match channel {
+        0..3 => Some(first.units.accel.unit.name()),
+        _ => Some(first.units.gyro?.unit.name()),
+    });
+    let corrected = per_c.map(|_| DriftVerdict::Corrected);
     ChannelDrift {
         channel: CHANNELS[channel].to_owned(),
         input_unit: unit.unwrap_or("unknown").to_owned(),
-        ..drift
-    }
-}
-
-fn refuse(reason: &str) -> ChannelDrift {
-    ChannelDrift {
+        verdict: corrected.unwrap_or_default(),
         reason: reason.to_owned(),
+        per_c,
         ..ChannelDrift::default()
-    }
-}
-
-/// Slope and verdict of a channel.
-fn test_channel(blocks: &[Block], channel: usize) -> ChannelDrift {
-    let Some(fit) = fit_drift(blocks, channel) else {
-        return refuse("its means determine no slope, or do not vary");
-    };
-    let (verdict, reason) = match fit.per_c {
-        Some(_) => (DriftVerdict::Corrected, "each direction predicts the other"),
-        None => (
-            DriftVerdict::NotCorrected,
-            "one direction does not predict the other: hysteresis or drift with time, or no drift beyond the noise",
-        ),
-    };
-    ChannelDrift {
-        verdict,
-        r2_cooling_to_warming: Some(fit.r2_cooling_to_warming),
-        r2_warming_to_cooling: Some(fit.r2_warming_to_cooling),
-        per_c: fit.per_c,
-        ..refuse(reason)
     }
 }
 
@@ -263,23 +237,29 @@ pub fn for_calibration(
     let (Some(mut model), Some(session)) = (model, session) else {
         return Ok(None);
     };
-    segmentation.findings.extend(refused(&model));
+    let (soak_c, poses_c) = (model.range_c, session.mean);
+    let valid_c = poses_c.clamp(soak_c[0], soak_c[1]);
     // Where no drift is subtracted, the reference does not matter.
     if model.any_corrected() {
-        let (soak_c, poses_c) = (model.range_c, session.mean);
-        let valid_c = poses_c.clamp(soak_c[0], soak_c[1]);
-        if valid_c != poses_c {
-            let outside = Case::PosesOutside {
-                poses_c,
-                soak_c,
-                valid_c,
-            };
-            segmentation.findings.push(outside.finding());
-        }
         model.reference_c = valid_c;
-        bring_to_reference(&mut segmentation.poses, &model);
+        let outside = Case::PosesOutside {
+            poses_c,
+            soak_c,
+            valid_c,
+        };
+        let outside = (valid_c != poses_c).then(|| outside.finding());
+        segmentation.findings.extend(outside);
     }
+    adopt(&model, segmentation);
     Ok(Some(model))
+}
+
+/// Converts the means of the poses to the reference temperature, or says that no drift is predictable.
+fn adopt(model: &TemperatureModel, segmentation: &mut Segmentation) {
+    let range_c = model.range_c;
+    let refused = (!model.any_corrected()).then(|| Case::TemperatureRefused { range_c }.finding());
+    segmentation.findings.extend(refused);
+    bring_to_reference(&mut segmentation.poses, model);
 }
 
 fn temperatures(poses: &[Pose]) -> Option<TemperatureRange> {
@@ -289,12 +269,10 @@ fn temperatures(poses: &[Pose]) -> Option<TemperatureRange> {
 /// Converts the means of the poses to the reference temperature.
 pub(crate) fn bring_to_reference(poses: &mut [Pose], model: &TemperatureModel) {
     for pose in poses {
-        let Some(t_c) = pose.temperature_c else {
-            continue;
-        };
-        for (mean, drift) in pose.mean.iter_mut().zip(model.drift_at(t_c)) {
-            *mean -= drift;
-        }
+        let drift = pose
+            .temperature_c
+            .map_or([0.0; 6], |t_c| model.drift_at(t_c));
+        pose.mean = [0, 1, 2].map(|i| pose.mean[i] - drift[i]);
     }
 }
 
@@ -317,26 +295,18 @@ pub(crate) fn from_poses(
     segmentation: &mut Segmentation,
 ) -> Option<TemperatureModel> {
     let range = temperatures(&segmentation.poses)?;
-    let reference_c = range.mean;
-    let (verdict, ending) = match fitted {
-        Some(_) => (DriftVerdict::Corrected, ""),
-        None => (DriftVerdict::NotCorrected, ": not by more than chance"),
-    };
+    let ending = fitted.map_or(": not by more than chance", |_| "");
     let reason = format!(
         "fitted with the poses; with a drift the mean error of ‖a‖ at poses left out, an eighth of the session at a time, goes from {:.2} to {:.2} mg{ending}",
         milli_g(test.without_mps2),
         milli_g(test.with_mps2),
     );
     let channel = |axis: usize| {
-        let drift = ChannelDrift {
-            verdict,
-            per_c: fitted.map(|d| d.per_c[axis]),
-            ..refuse(&reason)
-        };
-        named(recordings, axis, drift)
+        let per_c = fitted.map(|drift| drift.per_c[axis]);
+        channel_drift(recordings, axis, per_c, &reason)
     };
     let mut model = TemperatureModel {
-        reference_c,
+        reference_c: range.mean,
         range_c: [range.min, range.max],
         channels: (0..3).map(channel).collect(),
     };
@@ -347,30 +317,23 @@ pub(crate) fn from_poses(
         }
         model.channels.extend(gyro);
     }
-    segmentation.findings.extend(refused(&model));
-    bring_to_reference(&mut segmentation.poses, &model);
+    adopt(&model, segmentation);
     Some(model)
-}
-
-/// A finding where the drift of no channel is predictable.
-fn refused(model: &TemperatureModel) -> Option<Finding> {
-    let range_c = model.range_c;
-    (!model.any_corrected()).then(|| Case::TemperatureRefused { range_c }.finding())
 }
 
 /// That a drift is not taken off because of `why`: what it makes of a reading at the ends of its range.
 #[doc(hidden)]
 pub fn not_applied(model: &TemperatureModel, why: NoTemperature) -> Finding {
-    let [low, high] = model.range_c;
+    let farthest = model.range_c.map(|end| (end - model.reference_c).abs());
+    let farthest_c = farthest[0].max(farthest[1]);
     let change = |c: &ChannelDrift| {
-        let farthest_c = (low - model.reference_c)
-            .abs()
-            .max((high - model.reference_c).abs());
-        let most = farthest_c * c.per_c.unwrap_or(0.0).abs();
-        let unit = match c.input_unit.as_str() {
-            "unknown" => "of an unknown unit",
-            unit => unit,
+        let is_known = c.input_unit != "unknown";
+        let unit = if is_known {
+            &c.input_unit
+        } else {
+            "of an unknown unit"
         };
+        let most = farthest_c * c.per_c.unwrap_or(0.0).abs();
         (c.channel.clone(), most, unit.to_owned())
     };
     let corrected = model.channels.iter().filter(|c| c.is_corrected());
@@ -389,8 +352,8 @@ fn check_soak_units(recordings: &[Recording], thermal: &[Recording]) -> Result<(
         let unit = recordings.first()?.units.gyro?.unit;
         (unit != GyroUnit::Unknown).then_some(unit)
     };
-    match (unit(recordings), unit(thermal)) {
-        (Some(session), Some(soak)) if session != soak => {
+    match unit(recordings).zip(unit(thermal)) {
+        Some((session, soak)) if session != soak => {
             let differ = Problem::SoakDiffers { session, soak }.error();
             Err(differ.at(thermal[0].name.as_ref(), None))
         }

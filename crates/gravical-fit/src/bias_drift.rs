@@ -1,8 +1,11 @@
 //! Drift of the bias with temperature, from many poses: is it predictable?
 
+use nalgebra::SVector;
+
 use crate::fit::{Options, Undetermined, prepare};
 use crate::pose::Pose;
 use crate::rows::force;
+use crate::search::{Found, Search};
 
 /// Contiguous parts of the poses that are left out in turn.
 const PARTS: usize = 8;
@@ -31,36 +34,34 @@ pub struct DriftTest {
 pub fn test_drift(poses: &[Pose], options: &Options) -> Result<DriftTest, Undetermined> {
     let parts = |drift: bool| errors_of_parts(poses, &Options { drift, ..*options });
     let (without, with) = (parts(false)?, parts(true)?);
-    let mean = |parts: &[f64]| parts.iter().sum::<f64>() / parts.len() as f64;
-    let gains: Vec<f64> = without.iter().zip(&with).map(|(a, b)| a - b).collect();
-    let gain = mean(&gains);
-    let squares: f64 = gains.iter().map(|g| (g - gain).powi(2)).sum();
-    let count = gains.len() as f64;
+    let gains = without - with;
+    // The variance of a mean of so many.
+    let variance = gains.add_scalar(-gains.mean()).norm_squared() / (PARTS * (PARTS - 1)) as f64;
     Ok(DriftTest {
-        without_mps2: mean(&without),
-        with_mps2: mean(&with),
-        helps: gain > (squares / (count - 1.0) / count).sqrt(),
+        without_mps2: without.mean(),
+        with_mps2: with.mean(),
+        helps: gains.mean() > variance.sqrt(),
     })
 }
 
 /// Mean of |‖a‖ − g| over each part, by the fit to the others.
-fn errors_of_parts(poses: &[Pose], options: &Options) -> Result<Vec<f64>, Undetermined> {
-    let open = Undetermined::of(poses);
-    let mut search = prepare(poses, options).ok_or(open)?;
-    if search.poses.len() < PARTS {
-        return Err(open);
-    }
-    let found = search.settle().ok_or(open)?;
-    let count = search.poses.len();
-    let one_part = |part: usize| {
+fn errors_of_parts(poses: &[Pose], options: &Options) -> Result<SVector<f64, PARTS>, Undetermined> {
+    let one_part = |search: &Search, found: &Found, part: usize| {
+        let count = search.poses.len();
         let out = part * count / PARTS..(part + 1) * count / PARTS;
-        let rest = found
-            .linear
-            .solve_poses(&search.estimating(), |k| !out.contains(&k))?;
-        let x = found.linear.x + rest.step;
+        let linear = &found.linear;
+        let rest = linear.solve_poses(&search.estimating(), |k| !out.contains(&k))?;
+        let x = linear.x + rest.step;
         let error = |pose| Some((force(&x, pose)?.norm() - options.gravity).abs());
         let sum: Option<f64> = search.poses[out.clone()].iter().map(error).sum();
         Some(sum? / out.len() as f64)
     };
-    (0..PARTS).map(|part| one_part(part).ok_or(open)).collect()
+    let each = || {
+        let search = prepare(poses, options).filter(|search| search.poses.len() >= PARTS);
+        let mut search = search?;
+        let found = search.settle()?;
+        let each: Option<Vec<f64>> = (0..PARTS).map(|p| one_part(&search, &found, p)).collect();
+        each.map(SVector::from_vec)
+    };
+    each().ok_or_else(|| Undetermined::of(poses))
 }

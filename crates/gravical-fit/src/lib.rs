@@ -13,15 +13,14 @@
 //! 5. [`gyro`]: the gyroscope from motions between rests.
 //! 6. [`test_drift`], [`temperature`]: is a drift with temperature predictable?
 //! 7. [`Sensor`]: a calibration as numbers, what its covariance says of ‖a‖.
-//! 8. [`later`]: does a calibration still fit, and do two of them differ?
+//! 8. [`consistency`]: does a calibration still fit, and do two of them differ?
 #![deny(missing_docs)]
 
 mod bends;
 mod bias_drift;
-mod consistent;
+pub mod consistency;
 mod fit;
 mod gyro;
-pub mod later;
 pub mod model;
 mod pose;
 mod rows;
@@ -33,7 +32,7 @@ mod trust;
 
 pub use bends::fit;
 pub use bias_drift::{DriftTest, test_drift};
-pub use consistent::{SIGNIFICANCE, Test, consistent};
+pub use consistency::{SIGNIFICANCE, Test};
 pub use fit::{BiasDrift, Fit, FitQuality, FittedPose, Options, Undetermined};
 pub use gyro::{
     FittedMotion, GyroFit, GyroOptions, GyroRest, GyroUndetermined, MIN_MOTIONS, MISFIT_RAD,

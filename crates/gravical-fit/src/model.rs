@@ -102,6 +102,9 @@ pub fn jacobian(
     Some(DMatrix::from_columns(&columns?))
 }
 
+/// Steps of a decomposition; it takes some tens, and never ends on some broken matrices.
+pub(crate) const MAX_STEPS: usize = 10_000;
+
 /// Directions over which ‖a‖ is looked at.
 pub(crate) const DIRECTIONS: usize = 400;
 

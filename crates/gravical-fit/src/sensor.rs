@@ -4,10 +4,9 @@ use nalgebra::{DMatrix, DVector, Matrix3, Rotation3, UnitQuaternion, Vector3};
 use serde::{Deserialize, Serialize};
 use statrs::distribution::ContinuousCDF;
 
-use crate::consistent::MAX_STEPS;
 use crate::model::{
-    BENDS, BIAS, Covariance, DIRECTIONS, PARAMETERS, Parameters, bend, invariants, inverse,
-    jacobian, matrix, sensitivity, sphere,
+    BENDS, BIAS, Covariance, DIRECTIONS, MAX_STEPS, PARAMETERS, Parameters, bend, invariants,
+    inverse, jacobian, matrix, sensitivity, sphere,
 };
 
 /// Gravity, and how well it is known.

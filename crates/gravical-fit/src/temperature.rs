@@ -2,6 +2,8 @@
 
 use std::collections::BTreeMap;
 
+use nalgebra::DVector;
+
 /// The drift of a channel is predictable if each direction explains this share of the variance of
 /// the other.
 const MIN_R2: f64 = 0.7;
@@ -18,7 +20,7 @@ pub enum Direction {
     Warming,
 }
 
-/// Mean readings over some seconds at rest.
+/// Mean reading of a channel over some seconds at rest, or of such blocks.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Block {
     /// Number of the rest; each has its own offset.
@@ -27,8 +29,8 @@ pub struct Block {
     pub direction: Direction,
     /// Temperature, °C.
     pub t_c: f64,
-    /// Readings of the channels, in any unit.
-    pub readings: [f64; 6],
+    /// Reading, in any unit.
+    pub reading: f64,
 }
 
 /// A drift in proportion to temperature, and how well it predicts.
@@ -45,16 +47,11 @@ pub struct Drift {
 /// Direction of each of the temperatures `t_c` (in order of time): it changes at the extreme from
 /// which the temperature has come back by `turn_c`. Empty if it never changes by that much.
 pub fn detect_directions(t_c: &[f64], turn_c: f64) -> Vec<Direction> {
-    let mut directions = Vec::new();
-    let mut now = None;
+    let (mut directions, mut now) = (Vec::new(), None);
     let (mut lowest, mut highest) = (0, 0);
     for (i, t) in t_c.iter().enumerate() {
-        if *t < t_c[lowest] {
-            lowest = i;
-        }
-        if *t > t_c[highest] {
-            highest = i;
-        }
+        lowest = if *t < t_c[lowest] { i } else { lowest };
+        highest = if *t > t_c[highest] { i } else { highest };
         let (start, next) = if t - t_c[lowest] >= turn_c && now != Some(Direction::Warming) {
             (lowest, Direction::Warming)
         } else if t_c[highest] - t >= turn_c && now != Some(Direction::Cooling) {
@@ -63,25 +60,21 @@ pub fn detect_directions(t_c: &[f64], turn_c: f64) -> Vec<Direction> {
             continue;
         };
         directions.resize(start, now.unwrap_or(next));
-        now = Some(next);
-        (lowest, highest) = (i, i);
+        (now, lowest, highest) = (Some(next), i, i);
     }
-    if let Some(last) = now {
+    now.map_or(Vec::new(), |last| {
         directions.resize(t_c.len(), last);
-    }
-    directions
+        directions
+    })
 }
 
-/// Fits the drift of one channel (0 to 5) at rest, and tests it by predicting one direction of the
-/// temperature from the other. Random folds, or folds within one direction, would not test it:
-/// neighbours in time agree whatever the cause of their drift. `None` where the blocks determine
-/// nothing.
-pub fn fit_drift(blocks: &[Block], channel: usize) -> Option<Drift> {
-    let bins = mean_by_degree(blocks, channel);
-    let [cooling, warming] = [Direction::Cooling, Direction::Warming].map(|direction| {
-        let bins = bins.iter().filter(|b| b.direction == direction);
-        bins.copied().collect::<Vec<Bin>>()
-    });
+/// Fits the drift of one channel at rest, and tests it by predicting one direction of the temperature from
+/// the other. Random folds, or folds within one direction, would not test it: neighbours in time agree
+/// whatever the cause of their drift. `None` where the blocks determine nothing.
+pub fn fit_drift(blocks: impl Iterator<Item = Block>) -> Option<Drift> {
+    let bins = mean_by_degree(blocks);
+    let is_cooling = |bin: &Block| bin.direction == Direction::Cooling;
+    let (cooling, warming): (Vec<_>, Vec<_>) = bins.iter().copied().partition(is_cooling);
     if cooling.len().min(warming.len()) < MIN_BINS {
         return None;
     }
@@ -95,67 +88,55 @@ pub fn fit_drift(blocks: &[Block], channel: usize) -> Option<Drift> {
     })
 }
 
-/// Mean over a degree of one direction of a rest. Bins have equal weight: a chamber stays long at
+/// Means over a degree of one direction of a rest. Bins have equal weight: a chamber stays long at
 /// its ends, and the slope has to hold between them too.
-#[derive(Debug, Clone, Copy)]
-struct Bin {
-    rest: usize,
-    direction: Direction,
-    t_c: f64,
-    mean: f64,
-}
-
-fn mean_by_degree(blocks: &[Block], channel: usize) -> Vec<Bin> {
-    let mut bins: BTreeMap<_, Vec<[f64; 2]>> = BTreeMap::new();
-    for block in blocks {
-        let reading = block.readings[channel];
-        if reading.is_finite() && block.t_c.is_finite() {
-            let key = (block.rest, block.direction, block.t_c.floor() as i64);
-            bins.entry(key).or_default().push([block.t_c, reading]);
-        }
+fn mean_by_degree(blocks: impl Iterator<Item = Block>) -> Vec<Block> {
+    let mut bins: BTreeMap<_, (Block, f64)> = BTreeMap::new();
+    for block in blocks.filter(|b| b.reading.is_finite() && b.t_c.is_finite()) {
+        let key = (block.rest, block.direction, block.t_c.floor() as i64);
+        let (mean, count) = bins.entry(key).or_insert((block, 0.0));
+        *count += 1.0;
+        mean.t_c += (block.t_c - mean.t_c) / *count;
+        mean.reading += (block.reading - mean.reading) / *count;
     }
-    let bin = |((rest, direction, _), blocks): (_, Vec<[f64; 2]>)| {
-        let mean = |i: usize| blocks.iter().map(|b| b[i]).sum::<f64>() / blocks.len() as f64;
-        Bin {
-            rest,
-            direction,
-            t_c: mean(0),
-            mean: mean(1),
-        }
-    };
-    bins.into_iter().map(bin).collect()
+    bins.into_values().map(|(mean, _)| mean).collect()
 }
 
 /// Least squares with an offset for each rest. The offsets are eliminated by subtracting means from
 /// both sides (Frisch and Waugh, Econometrica 1 (1933) 387).
-fn fit_slope(bins: &[Bin]) -> Option<f64> {
-    let x = subtract_offsets(bins, &[], |b| b.t_c);
-    let y = subtract_offsets(bins, &[], |b| b.mean);
-    let products: f64 = x.iter().zip(&y).map(|(x, y)| x * y).sum();
-    (squares(&x) > 0.0).then(|| products / squares(&x))
+fn fit_slope(bins: &[Block]) -> Option<f64> {
+    let x = subtract_offsets(bins, bins, |b| b.t_c);
+    let y = subtract_offsets(bins, bins, |b| b.reading);
+    (x.norm_squared() > 0.0).then(|| x.dot(&y) / x.norm_squared())
 }
 
 /// 1 − Σ residuals² / Σ (mean − mean of its rest)² at the bins `to` of the slope fitted to the
 /// bins `from`; `None` if nothing varies. A rest that is not in `from` has its own offset.
-fn predict_r2(from: &[Bin], to: &[Bin]) -> Option<f64> {
+fn predict_r2(from: &[Block], to: &[Block]) -> Option<f64> {
     let per_c = fit_slope(from)?;
-    let residuals = subtract_offsets(to, from, |b| b.mean - per_c * b.t_c);
-    let r2 = 1.0 - squares(&residuals) / squares(&subtract_offsets(to, &[], |b| b.mean));
+    let residuals = subtract_offsets(to, from, |b| b.reading - per_c * b.t_c);
+    let spread = subtract_offsets(to, to, |b| b.reading);
+    let r2 = 1.0 - residuals.norm_squared() / spread.norm_squared();
     r2.is_finite().then_some(r2)
 }
 
 /// A value of each of the `bins` less its mean over its rest: over those of that rest in `first` if there are
 /// any, else in `bins`.
-fn subtract_offsets(bins: &[Bin], first: &[Bin], value: impl Fn(&Bin) -> f64) -> Vec<f64> {
-    let offset = |rest: usize| {
-        let is_first = first.iter().any(|b| b.rest == rest);
-        let own = if is_first { first } else { bins };
-        let own = own.iter().filter(|b| b.rest == rest);
-        own.clone().map(&value).sum::<f64>() / own.count() as f64
+fn subtract_offsets(
+    bins: &[Block],
+    first: &[Block],
+    value: impl Fn(&Block) -> f64,
+) -> DVector<f64> {
+    let less_offset = |bin: &Block| {
+        let own = |bins: &[Block]| -> Vec<f64> {
+            bins.iter()
+                .filter(|b| b.rest == bin.rest)
+                .map(&value)
+                .collect()
+        };
+        let known = Some(own(first)).filter(|own| !own.is_empty());
+        let own = known.unwrap_or_else(|| own(bins));
+        value(bin) - own.iter().sum::<f64>() / own.len() as f64
     };
-    bins.iter().map(|b| value(b) - offset(b.rest)).collect()
-}
-
-fn squares(values: &[f64]) -> f64 {
-    values.iter().map(|v| v * v).sum()
+    DVector::from_iterator(bins.len(), bins.iter().map(less_offset))
 }

@@ -4,7 +4,7 @@
 use std::cmp::Ordering;
 
 use gravical_core::matrix3::{norm, sub};
-use gravical_fit::later::{Tilts, compare};
+use gravical_fit::consistency::{Placements, compare};
 use gravical_fit::model::{BIAS, DRIFT};
 use gravical_fit::{Options, Sensor, Undetermined, centre, fit};
 
@@ -112,9 +112,9 @@ pub(super) fn one_sensor(
             sensor.covariance[(i, i)] += 0.5 * change * change;
         }
         let name = &recording.name;
-        let tilts = Tilts::default();
+        let placements = Placements::default();
         let differs = alone.iter().find_map(|(other, before)| {
-            let apart = compare([before, &sensor].map(|s| (s, &tilts)))?.magnitude;
+            let apart = compare([before, &sensor].map(|s| (s, &placements)))?.magnitude;
             (apart.test.p_value < CHANCE).then_some((*other, apart.value))
         });
         if let Some((other, apart)) = differs {

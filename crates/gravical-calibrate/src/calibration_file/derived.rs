@@ -4,7 +4,7 @@
 use std::collections::BTreeSet;
 
 use gravical_core::matrix3;
-use gravical_fit::later::Tilts;
+use gravical_fit::consistency::Placements;
 use gravical_fit::model::{BENDS, BIAS, Covariance as ParameterCovariance, DRIFT, Parameters};
 use gravical_fit::{
     Deviations, Face, Gravity, Mounting, Sensor, covariance_by_gravity, deviations,
@@ -105,22 +105,19 @@ impl Calibration {
         })
     }
 
-    /// The faces that hold the frame, and how well they lie; none where they do not.
-    pub(crate) fn tilts(&self) -> Tilts {
-        let fit = self.reliability.fit.filter(|fit| fit.oriented);
-        let (Some(fit), Some(tilt)) = (fit, self.reliability.pose_tilt_deg) else {
-            return Tilts::default();
-        };
+    /// The placements on faces, and how well their tilts are known where these hold the frame.
+    pub(crate) fn placements(&self) -> Placements {
         let poses = self.poses.iter();
         let faces = poses.filter(|p| p.kind == PoseKind::Face && p.fitted);
-        let face = |p: &PoseResult| Face::nearest(p.expected).0.direction();
-        Tilts {
-            faces: faces.map(face).collect(),
-            sd_rad: tilt.value.to_radians(),
-            freedom: match tilt.source {
-                TiltSource::Estimated => fit.tilt_degrees_of_freedom,
-                TiltSource::Given | TiltSource::Assumed => f64::INFINITY,
-            },
+        let fit = self.reliability.fit.filter(|fit| fit.oriented);
+        let tilt = self.reliability.pose_tilt_deg;
+        let estimated = tilt.filter(|tilt| tilt.source == TiltSource::Estimated);
+        Placements {
+            forces: faces.map(|p| p.calibrated).collect(),
+            tilt_rad: tilt.map_or(0.0, |tilt| tilt.value.to_radians()),
+            freedom: estimated
+                .zip(fit)
+                .map_or(f64::INFINITY, |(_, fit)| fit.tilt_degrees_of_freedom),
         }
     }
 

@@ -33,8 +33,10 @@ pub(super) struct RestBlock {
 }
 
 impl RestBlock {
-    fn accel(&self) -> [f64; 3] {
-        [0, 1, 2].map(|i| self.readings[i])
+    /// Length of the change of specific force.
+    fn step_to(&self, other: &RestBlock) -> f64 {
+        let [a, b] = [self, other].map(|block| [0, 1, 2].map(|i| block.readings[i]));
+        norm(&sub(&a, &b))
     }
 }
 
@@ -56,22 +58,19 @@ pub(super) fn detect_rests(recording: &Recording) -> Vec<Vec<RestBlock>> {
             t_c: mean_of_finite(&temperature_c[rows.clone()]),
             readings: [ax, ay, az, gx, gy, gz],
         };
-        let is_whole = block.t_c.is_finite() && block.accel().iter().all(|v| v.is_finite());
-        is_whole.then_some(block)
+        (block.t_c + ax + ay + az).is_finite().then_some(block)
     };
     let starts = |rest: Range<usize>| (0..rest.len() / size).map(move |k| rest.start + k * size);
-    let blocks: Vec<RestBlock> = find_quiet(recording)
-        .into_iter()
-        .flat_map(starts)
-        .filter_map(block)
-        .collect();
-    let step = |a: &RestBlock, b: &RestBlock| norm(&sub(&a.accel(), &b.accel()));
-    let mut steps: Vec<f64> = blocks.windows(2).map(|b| step(&b[0], &b[1])).collect();
+    let rests = find_quiet(recording).into_iter();
+    let blocks: Vec<RestBlock> = rests.flat_map(starts).filter_map(block).collect();
+    let mut steps: Vec<f64> = blocks.windows(2).map(|b| b[0].step_to(&b[1])).collect();
     let usual = 1.4826 * median(&mut steps).unwrap_or(0.0);
     let continues = |a: &RestBlock, b: &RestBlock| {
         let missing = ((b.row - a.row) / size - 1).min(MAX_MISSING);
-        let max_step = (JUMP_FACTOR * usual).max(JUMP_SHARE * norm(&a.accel()));
-        step(a, b) <= max_step * (1 + missing) as f64 && !recording.is_broken(&(a.row..b.row + 1))
+        let size_of_a = norm(&[0, 1, 2].map(|i| a.readings[i]));
+        let max_step = (JUMP_FACTOR * usual).max(JUMP_SHARE * size_of_a);
+        let is_near = a.step_to(b) <= max_step * (1 + missing) as f64;
+        is_near && !recording.is_broken(&(a.row..b.row + 1))
     };
     blocks.chunk_by(continues).map(<[_]>::to_vec).collect()
 }
