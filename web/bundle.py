@@ -1,5 +1,8 @@
 #!/usr/bin/env python3
-"""bundle.py WASM DIST: the page as one file, gravical.html; and index.html with gravical.wasm beside it, to be served."""
+"""bundle.py WASM DIST [FIRMWARE]: the page as one file, gravical.html; and index.html with gravical.wasm beside it, to be served.
+
+FIRMWARE is the folder of firmware/build: its sketch can be flashed from the page.
+"""
 
 import base64
 import datetime
@@ -13,8 +16,10 @@ HERE = Path(__file__).resolve().parent
 ROOT = HERE.parent
 SHARED = ROOT / "crates/gravical-report/src/style"
 LIVE = ROOT / "crates/gravical-cli/src/cmd/live/page"
-STYLES = [SHARED / "shared.css", HERE / "page/web.css"]
-SCRIPTS = [LIVE / "dom.js", HERE / "page/engine.js", HERE / "page/files.js"]
+STYLES = [SHARED / "shared.css", SHARED / "board.css", LIVE / "page.css", HERE / "page/web.css"]
+# The page of `gravical live` is a part of this one; who guides its session is another.
+SCRIPTS = [LIVE / f"{name}.js" for name in ["dom", "board", "session", "markup", "sound"]]
+SCRIPTS += [HERE / f"page/{name}.js" for name in ["engine", "serial", "zip", "host"]] + [LIVE / "page.js", HERE / "page/files.js"]
 SKETCH = ROOT / "firmware/mpu6050_logger/mpu6050_logger.ino"
 EXAMPLES = {"poses.csv": ROOT / "examples/demo/poses/poses.csv", "move.csv": ROOT / "examples/demo/line/line.csv"}
 # The page can reach nothing: a browser refuses whatever it would send. What lies beside it is fetched, where it does.
@@ -38,13 +43,22 @@ def packed(data):
     return base64.b64encode(gzip.compress(data, 9, mtime=0)).decode()
 
 
+def session():
+    """The page of `gravical live`: what is before its head line, in it, and after it."""
+    page = (LIVE / "page.html").read_text()
+    for name in ["sheet", "scene"]:
+        page = page.replace(f"{{{name}}}", (SHARED / f"{name}.html").read_text())
+    return re.search(r"<body[^>]*>(.*?)<header>.*?</p>(.*?)</header>(.*?)<noscript>", page, re.S).groups()
+
+
 def page(wasm, version):
     parts = inert("worker", (HERE / "page/worker.js").read_text()) + inert("sketch", SKETCH.read_text())
     parts += "".join(inert(f"{name}.gz", packed(path.read_bytes()), "example") for name, path in EXAMPLES.items())
     parts += inert("wasm", packed(wasm)) if wasm else ""
+    before, head, after = session()
     values = {"policy": POLICY.format(connect="'none'" if wasm else "'self'"), "style": joined(STYLES), "parts": parts,
-              "version": version, "script": joined(SCRIPTS)}
-    return re.sub(r"\{(policy|style|parts|version|script)\}", lambda m: values[m[1]], (HERE / "page/page.html").read_text())
+              "version": version, "script": joined(SCRIPTS), "before": before, "head": head, "session": after}
+    return re.sub(r"\{(\w+)\}", lambda m: values[m[1]], (HERE / "page/page.html").read_text())
 
 
 wasm, dist = Path(sys.argv[1]).read_bytes(), Path(sys.argv[2])

@@ -3,6 +3,8 @@
 
 const engine = {
   worker: null, module: null, waiting: new Map(), ids: 0,
+  // What a session says without a question.
+  said() {},
   // `load` gives the compiled module, `script` is the text of worker.js.
   async start(load, script) {
     this.script = URL.createObjectURL(new Blob([script], { type: "text/javascript" }));
@@ -12,17 +14,22 @@ const engine = {
   begin() {
     this.worker = new Worker(this.script);
     this.worker.addEventListener("message", ({ data: { id, done } }) => {
+      if (!id) return this.said(done);
       this.waiting.get(id)?.(done);
       this.waiting.delete(id);
     });
     this.worker.postMessage({ module: this.module });
+  },
+  // Without an answer.
+  post(head, files = [], id = 0) {
+    this.worker.postMessage({ id, head, files: files.map(({ name, bytes, role }) => ({ name, bytes, role })) });
   },
   async ask(head, files = []) {
     await this.ready;
     const id = ++this.ids;
     const done = await new Promise(resolve => {
       this.waiting.set(id, resolve);
-      this.worker.postMessage({ id, head, files: files.map(({ name, bytes, role }) => ({ name, bytes, role })) });
+      this.post(head, files, id);
     });
     if (done.error) throw Object.assign(new Error(done.error.message), done.error);
     return done;
@@ -53,4 +60,11 @@ function save(name, bytes) {
   link.download = name;
   link.click();
   setTimeout(() => URL.revokeObjectURL(link.href), 60000);
+}
+
+// The address of a page, for a tab; always the same of the same bytes.
+const addresses = new WeakMap();
+function address(bytes) {
+  if (!addresses.has(bytes)) addresses.set(bytes, URL.createObjectURL(new Blob([bytes], { type: "text/html" })));
+  return addresses.get(bytes);
 }

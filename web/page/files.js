@@ -30,6 +30,7 @@ const VERBS = {
 };
 
 async function take_in(list, folder = false, silently = false) {
+  if (isGuided()) throw new Error("A session is on: finish or cancel it, then drop files.");
   // What comes when there is a calibration is not meant for it.
   const is_late = Boolean(latest());
   document.body.dataset.view = "files";
@@ -37,14 +38,14 @@ async function take_in(list, folder = false, silently = false) {
   for (const file of list) {
     const entry = { name: file.name, size: file.size, is_pose: !is_late };
     dropped.push(entry);
-    update();
+    updateFiles();
     try {
       entry.bytes = new Uint8Array(await file.arrayBuffer());
       await look(entry);
     } catch (error) {
       entry.error = error;
     }
-    update();
+    updateFiles();
   }
   if (silently) return;
   // Without a calibration among them they are a session.
@@ -74,8 +75,8 @@ async function compute(verb) {
   const files = VERBS[verb][1]();
   if (!files) return;
   result = { verb, is_busy: true, began: performance.now() };
-  update();
-  const clock = setInterval(update, 1000);
+  updateFiles();
+  const clock = setInterval(updateFiles, 1000);
   try {
     const given = { ...options(), of_folder: isFolder || files.length > 1 && verb === "calibrate" };
     if (verb === "denoise") given.filter ??= ["hampel:7,3", "butter:4,5Hz"];
@@ -90,17 +91,10 @@ async function compute(verb) {
     result = { verb, error };
   }
   clearInterval(clock);
-  update();
+  updateFiles();
 }
 
 // ---- The view ----
-
-// The address of a page, for a tab; always the same of the same bytes.
-const addresses = new WeakMap();
-function address(bytes) {
-  if (!addresses.has(bytes)) addresses.set(bytes, URL.createObjectURL(new Blob([bytes], { type: "text/html" })));
-  return addresses.get(bytes);
-}
 
 const inWords = {
   recording({ inspection: { timing, row_counts, accelerometer, gyroscope, findings } }) {
@@ -125,7 +119,7 @@ const remedyMarkup = ({ hint, options: helps = [] }) => html`
   ${hint && html`<small class="hint">${hint}</small>`}
   ${helps.filter(o => o.value && $("#options").elements[o.name]).map(o => html`<button type="button" data-option="${o.name}" data-value="${o.value}">Take ${o.name.replace("_", " ")} as ${o.value}</button>`)}`;
 
-function resultMarkup({ verb, is_busy, began, error, done, files, report }) {
+function computedMarkup({ verb, is_busy, began, error, done, files, report }) {
   if (is_busy) return html`<p class="mark" data-mark="note"><span>Computing … ${Math.round((performance.now() - began) / 1e3)} s</span></p>
     <p><button type="button" data-cancel>Cancel</button></p>`;
   if (error) return html`<div class="fault mark" data-mark="poor"><p><b>${error.code === "cancelled" ? "Cancelled" : "This cannot be computed"}</b> <span>${error.code !== "cancelled" && error.message}</span></p></div>
@@ -139,17 +133,12 @@ function resultMarkup({ verb, is_busy, began, error, done, files, report }) {
     ${report ? html`<iframe title="Report"></iframe><p><a href="${address(report)}" target="_blank" rel="noopener">The report in a new tab</a></p>` : html`<p class="mark" data-mark="good"><span>${done.result.rows?.toLocaleString("en")} rows: ${files[0].name} is ready.</span></p>`}`;
 }
 
-function update() {
+function updateFiles() {
   const is_busy = result?.is_busy || dropped.some(e => !e.kind && !e.error);
   render($("#list"), html`${dropped.map(entryMarkup)}`);
   render($(".verbs"), html`${Object.entries(VERBS).map(([verb, [name, files]]) => html`<button type="button" data-verb="${verb}" aria-pressed="${result?.verb === verb}" ${(is_busy || !files()) && "disabled"}>${name}</button>`)}`);
-  render($("#computed"), result ? resultMarkup(result) : "");
-  const frame = $("iframe:not([srcdoc])");
-  if (frame) {
-    frame.srcdoc = new TextDecoder().decode(result.report);
-    // The report is as high as it is: the page scrolls, not the frame.
-    frame.onload = () => new ResizeObserver(([{ target }]) => { frame.style.height = `${target.scrollHeight + 4}px`; }).observe(frame.contentDocument.body);
-  }
+  render($("#computed"), result ? computedMarkup(result) : "");
+  showReport($("#computed iframe"), frame => { frame.srcdoc = new TextDecoder().decode(result.report); });
   show("#trouble", false);
 }
 
@@ -180,20 +169,28 @@ const DOES = {
     await take_in([poses]);
     await take_in(others, false, true);
   },
+  simulate: () => simulate(),
+  plug: () => plug(),
+  resume: folder => resume(folder),
+  keep: name => keep(name),
+  zip: folder => keep("zip", folder),
+  async forget(folder) { await engine.ask({ do: "forget", folder }); await showKept(); },
+  // With the calibration of the session, to what is recorded with it.
+  async further() { await take_in([new File([guided.files["calibration.json"]], "calibration.json")], false, true); },
   sketch: () => save("mpu6050_logger.ino", $("#sketch").textContent),
   verb: compute,
   cancel: () => engine.cancel(),
-  pick(i) { chosen = dropped[i]; update(); },
+  pick(i) { chosen = dropped[i]; updateFiles(); },
   save: i => save(result.files[i].name, result.files[i].bytes),
-  inspect(i) { result = { verb: "inspect", done: { result: {} }, files: [{ name: "inspection.html", bytes: dropped[i].page }], report: dropped[i].page }; update(); },
-  drop(i) { dropped.splice(Number(i), 1); update(); },
+  inspect(i) { result = { verb: "inspect", done: { result: {} }, files: [{ name: "inspection.html", bytes: dropped[i].page }], report: dropped[i].page }; updateFiles(); },
+  drop(i) { dropped.splice(Number(i), 1); updateFiles(); },
   async option(name, { value }) { $("#options").elements[name].value = value; await again(); },
 };
 
 // With the options as they are now: files that could not be read, and the result.
 async function again() {
   for (const entry of dropped.filter(e => e.error && e.bytes)) await look(entry).catch(error => { entry.error = error; });
-  update();
+  updateFiles();
   await compute(result?.verb in VERBS ? result.verb : "calibrate");
 }
 
@@ -203,7 +200,7 @@ async function exportTo(target, kind) {
   const done = await engine.ask({ do: "export", options: { to: target } }, [{ name: "calibration.json", bytes, role: "calibration" }]);
   save(`${target}-imu.${EXTENSIONS[target] ?? "txt"}`, done.files[0].bytes);
   result.done = { ...result.done, result: { ...result.done.result, notes: done.result.notes } };
-  update();
+  updateFiles();
 }
 
 let TARGETS = [];
@@ -214,7 +211,8 @@ document.addEventListener("click", e => {
 });
 document.addEventListener("change", e => {
   if (e.target.matches("[data-export]") && e.target.value) exportTo(e.target.value, e.target.dataset.export).catch(trouble).finally(() => { e.target.value = ""; });
-  if (e.target.matches("[data-pose]")) { dropped[e.target.dataset.pose].is_pose = e.target.checked; update(); }
+  if (e.target.matches("[data-pose]")) { dropped[e.target.dataset.pose].is_pose = e.target.checked; updateFiles(); }
+  if (e.target.matches("[data-baud]")) $("#baud").value = e.target.value;
   if (e.target.matches("[type=file]")) {
     take_in([...e.target.files], e.target.id === "folder").catch(trouble);
     e.target.value = "";
@@ -229,5 +227,10 @@ for (const type of ["dragenter", "dragover", "dragleave", "drop"]) {
   });
 }
 
-engine.start(loadModule, $("#worker").textContent).then(() => engine.ask({ do: "targets" })).then(done => { TARGETS = done.result; }).catch(trouble);
-update();
+show("#plugs", board.isPossible());
+show("#no-serial", !board.isPossible());
+engine.start(loadModule, $("#worker").textContent).then(() => engine.ask({ do: "targets" })).then(done => {
+  TARGETS = done.result;
+  return showKept();
+}).catch(trouble);
+updateFiles();

@@ -1,22 +1,27 @@
 //! gravical in the browser.
 //!
 //! One function of JavaScript, `call`: a JSON object and files in, a JSON object and files out ([`message`]). [`verbs`]
-//! are the commands of the program on files in memory. Nothing here has a clock or does I/O: the page tells the time,
+//! are the commands of the program on files in memory, [`live`] is a guided session. Nothing here has a clock or does I/O: the page tells the time,
 //! and keeps what is written.
 
 mod abi;
+mod live;
 mod message;
 mod verbs;
 
+use gravical::Result;
 use gravical::finding::Advice;
 use gravical::utc::UtcTime;
 use serde_json::json;
 
+use live::Live;
 use message::{Message, answer};
 
 /// What lives between two calls.
 #[derive(Default)]
-pub struct App {}
+pub struct App {
+    live: Option<Live>,
+}
 
 impl App {
     /// Does what a message asks for; an error is an answer, too.
@@ -25,8 +30,8 @@ impl App {
         if let Some(now) = asked.number("utc_s") {
             UtcTime::tell(now);
         }
-        match verbs::run(&asked) {
-            Ok((head, files)) => answer(head, &files),
+        match self.done(&asked) {
+            Ok(answer) => answer,
             Err(e) => {
                 // Options are data, too: the page offers what helps.
                 let options = e.options().iter();
@@ -41,6 +46,17 @@ impl App {
                 });
                 answer(json!({ "error": error }), &[])
             }
+        }
+    }
+    fn done(&mut self, asked: &Message<'_>) -> Result<Vec<u8>> {
+        match (asked.verb(), &mut self.live) {
+            ("open", _) => {
+                let (live, answer) = Live::open(asked)?;
+                self.live = Some(live);
+                Ok(answer)
+            }
+            ("tick" | "bytes" | "command" | "opened" | "lost", Some(live)) => live.call(asked),
+            _ => verbs::run(asked).map(|(head, files)| answer(head, &files)),
         }
     }
 }

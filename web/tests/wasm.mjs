@@ -15,12 +15,16 @@ const size = gzipSync(bytes, { level: 9 }).length;
 assert(size <= 1.2e6, `${size} bytes packed`);
 
 // The worker, with its one way in and its one way out.
-let listen, heard;
+let listen, hear;
 const world = vm.createContext({ WebAssembly, TextEncoder, TextDecoder, DataView, Uint8Array, Date, JSON,
-  addEventListener: (_, f) => { listen = f; }, postMessage: m => { heard = m; } });
+  performance, clearInterval, setInterval,
+  addEventListener: (_, f) => { listen = f; }, postMessage: m => hear(m) });
 vm.runInContext(readFileSync(`${root}web/page/worker.js`, "utf8"), world);
 listen({ data: { module } });
-const ask = (head, files = []) => { listen({ data: { id: 1, head, files } }); return heard.done; };
+const ask = (head, files = []) => new Promise(answered => {
+  hear = ({ done }) => answered(done);
+  listen({ data: { id: 1, head, files } });
+});
 
 // Equal but for the last digits: sine and exponential are not the same everywhere.
 function near(a, b, where = "") {
@@ -34,16 +38,16 @@ const names = ["x_axis_pos", "x_axis_neg", "y_axis_pos", "y_axis_neg", "z_axis_p
 const six = names.map(name => ({ name, role: "", bytes: new Uint8Array(readFileSync(`${root}examples/simulated-six-position/${name}`)) }));
 const run = (...words) => JSON.parse(execFileSync(gravical, words, { cwd: `${root}examples/simulated-six-position`, maxBuffer: 1e8, stdio: ["ignore", "pipe", "ignore"] }));
 const began = performance.now();
-const made = ask({ do: "calibrate", options: { gravity: 9.81 } }, six);
+const made = await ask({ do: "calibrate", options: { gravity: 9.81 } }, six);
 const took = performance.now() - began;
 near(JSON.parse(JSON.stringify(made.result)), run("calibrate", ...names, "--gravity", "9.81", "--json"), "calibrate");
 assert.deepEqual(made.files.map(f => f.name), ["report.html", "calibration.json"]);
 const line = { name: "line.csv", role: "", bytes: new Uint8Array(readFileSync(`${root}examples/demo/line/line.csv`)) };
-const moved = ask({ do: "motion", options: {} }, [line]);
+const moved = await ask({ do: "motion", options: {} }, [line]);
 near(JSON.parse(JSON.stringify(moved.result)).moves, run("motion", "../demo/line/line.csv", "-o", `${folder}/t.csv`, "--json").moves, "motion");
 rmSync(folder, { recursive: true });
 
-assert.equal(ask({ do: "calibrate" }, [{ name: "x.csv", role: "", bytes: new Uint8Array(0) }]).error.code, "empty-file");
+assert.equal((await ask({ do: "calibrate" }, [{ name: "x.csv", role: "", bytes: new Uint8Array(0) }])).error.code, "empty-file");
 // A trap: there is no memory at this address. What follows finds a new instance.
 const { code } = vm.runInContext(`(() => {
   const { alloc } = wasm, broken = { ...wasm, memory: wasm.memory, alloc: size => (alloc(size), 0x7fffffff) };
@@ -51,5 +55,5 @@ const { code } = vm.runInContext(`(() => {
   return call({ do: "targets" }, []).error;
 })()`, world);
 assert.equal(code, "out-of-memory");
-assert(ask({ do: "targets" }).result.length > 5);
+assert((await ask({ do: "targets" })).result.length > 5);
 console.log(`${size} bytes packed; six files in ${took.toFixed(0)} ms`);
