@@ -13,8 +13,10 @@ use serialport::{ErrorKind, SerialPort};
 /// Longest wait of one read. After a silence of this time the thread sends no bytes, by which the writer
 /// knows the time, and it notices that nobody wants more, and ends.
 const READ: Duration = Duration::from_millis(10);
-/// A board that sends without a pause is read for this time after the end.
-const REST: Duration = Duration::from_millis(50);
+/// At the end so many reads in a row without bytes are the silence of a board: on a busy machine the system
+/// passes on late what has arrived. One that sends without a pause is read for this time.
+const SILENT_READS: u32 = 5;
+const REST: Duration = Duration::from_millis(250);
 
 /// An open port, whose bytes are passed on as they arrive.
 pub struct Serial {
@@ -78,9 +80,12 @@ fn read(
     use io::ErrorKind::{Interrupted, TimedOut, WouldBlock};
     let mut bytes = [0; 4096];
     let mut closed_at = None;
+    let mut silent_reads = 0;
     loop {
         if is_closing.load(Ordering::Acquire) {
             closed_at.get_or_insert_with(Instant::now);
+        } else {
+            silent_reads = 0;
         }
         let read = match port.read(&mut bytes) {
             // The other end of a pseudo-terminal is closed.
@@ -90,11 +95,12 @@ fn read(
             Err(e) => Err(e),
         };
         let is_empty = read.as_ref().is_ok_and(Vec::is_empty);
+        silent_reads = if is_empty { silent_reads + 1 } else { 0 };
         let is_lost = read.is_err();
         if !pass_on(read) || is_lost {
             return;
         }
-        if closed_at.is_some_and(|at| is_empty || at.elapsed() >= REST) {
+        if closed_at.is_some_and(|at| silent_reads >= SILENT_READS || at.elapsed() >= REST) {
             pass_on(Err(closed()));
             return;
         }
