@@ -21,6 +21,7 @@ STYLES = [SHARED / "shared.css", SHARED / "board.css", LIVE / "page.css", HERE /
 SCRIPTS = [LIVE / f"{name}.js" for name in ["dom", "board", "session", "markup", "sound"]]
 SCRIPTS += [HERE / f"page/{name}.js" for name in ["engine", "serial", "zip", "host"]] + [LIVE / "page.js", HERE / "page/files.js"]
 SKETCH = ROOT / "firmware/mpu6050_logger/mpu6050_logger.ino"
+PICTURE = ROOT / "docs/gallery/calibration.webp"
 EXAMPLES = {"poses.csv": ROOT / "examples/demo/poses/poses.csv", "move.csv": ROOT / "examples/demo/line/line.csv"}
 # The page can reach nothing: a browser refuses whatever it would send. What lies beside it is fetched, where it does.
 POLICY = (
@@ -57,7 +58,7 @@ def page(wasm, version):
     parts += inert("wasm", packed(wasm)) if wasm else ""
     before, head, after = session()
     values = {"policy": POLICY.format(connect="'none'" if wasm else "'self'"), "style": joined(STYLES), "parts": parts,
-              "version": version, "script": joined(SCRIPTS), "before": before, "head": head, "session": after}
+              "version": version, "script": joined(SCRIPTS), "picture": "data:image/webp;base64," + base64.b64encode(PICTURE.read_bytes()).decode(), "before": before, "head": head, "session": after}
     return re.sub(r"\{(\w+)\}", lambda m: values[m[1]], (HERE / "page/page.html").read_text())
 
 

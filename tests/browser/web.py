@@ -1,28 +1,86 @@
 #!/usr/bin/env python3
-"""The page in the browser, from one file, without a server.
+"""The page in the browser: from one file without a server, and served, where sessions are kept.
 
     tests/browser/web.py GRAVICAL.html [PICTURES]
 """
 
+import base64
+import functools
+import http.server
+import io
 import pathlib
 import sys
 import tempfile
+import threading
 import time
+import zipfile
 
 from browser import CONTRAST, Browser
 
 ROOT = pathlib.Path(__file__).resolve().parents[2]
 SIX = sorted((ROOT / "examples/simulated-six-position").glob("*.csv"))
 OVERFLOW = "const w = document.documentElement.clientWidth; return document.documentElement.scrollWidth > w ? [document.documentElement.scrollWidth - w] : []"
+# A board at a serial port, as the browser would give it: rows, silence, noise, or held by another program. Its worker can
+# be made to trap.
+FAKE = """
+const G = 9.80665, BIAS = [0.12, -0.08, 0.2];
+window.fake = { mode: "rows", up: [0.02, 0.03, 1], n: 0, controller: null, opened: 0 };
+fake.port = {
+  readable: null,
+  getInfo: () => ({ usbVendorId: 0x2341, usbProductId: 0x0043 }),
+  async open() {
+    if (fake.mode === "held") throw new DOMException("Failed to open serial port.", "NetworkError");
+    fake.opened++;
+    this.readable = new ReadableStream({ start(controller) { fake.controller = controller; } });
+  },
+  async close() { this.readable = fake.controller = null; },
+};
+fake.unplug = () => {
+  fake.controller.error(new DOMException("The device has been lost.", "NetworkError"));
+  fake.controller = fake.port.readable = null;
+};
+fake.plug = () => navigator.serial.dispatchEvent(Object.assign(new Event("connect"), { port: fake.port }));
+const serial = new EventTarget();
+serial.requestPort = async () => fake.port;
+Object.defineProperty(navigator, "serial", { value: serial });
+Object.defineProperty(fake.port, "dispatchEvent", { value() {} });
+const noise = () => { let sum = 0; for (let i = 0; i < 12; i++) sum += Math.random(); return sum - 6; };
+setInterval(() => {
+  for (let i = 0; i < 5; i++) {
+    fake.n++;
+    if (!fake.controller || fake.mode === "silent") continue;
+    const length = Math.hypot(...fake.up), a = fake.up.map((v, k) => G * v / length + BIAS[k] + 0.03 * noise());
+    const text = `${10 * fake.n},${[...a, ...[0, 0, 0].map(() => 0.01 + 0.001 * noise())].map(v => v.toFixed(4))}\\n`;
+    const bytes = fake.mode === "noise" ? Uint8Array.from({ length: 40 }, () => 128 + 127 * Math.random()) : new TextEncoder().encode(text);
+    fake.controller.enqueue(bytes);
+  }
+}, 50);
+const Blob0 = Blob;
+window.Blob = class extends Blob0 {
+  constructor(parts, options) {
+    const trap = `addEventListener("message", e => {
+      if (!e.data.trap) return;
+      wasm = { ...wasm, alloc: () => 0x7fffffff };
+      e.stopImmediatePropagation();
+    });\\n`;
+    super(options?.type === "text/javascript" ? [trap, ...parts] : parts, options);
+  }
+};
+"""
+
+
+class Silent(http.server.SimpleHTTPRequestHandler):
+    def log_message(self, *_):
+        pass
 
 
 class Page:
-    def __init__(self, browser, page, pictures):
-        self.browser, self.page, self.pictures = browser, page, pictures
+    def __init__(self, browser, page, pictures, served):
+        self.browser, self.page, self.pictures, self.served = browser, page, pictures, served
 
-    def open(self):
+    def open(self, url=None):
         self.browser.complaints(), self.browser.requests()
-        self.browser.open(f"file://{self.page}")
+        self.browser.open(url or f"file://{self.page}")
         self.until("return TARGETS.length > 5")
 
     def until(self, script, seconds=60):
@@ -61,7 +119,7 @@ class Page:
         """Nothing was complained of, and nothing but the page was asked for: nothing can be uploaded."""
         assert not (loud := self.browser.complaints()), loud
         urls = [url for url in self.browser.requests() if not url.startswith(("data:", "blob:", "chrome", "about:"))]
-        assert all(url.startswith("file://") and self.page.name in url for url in urls), urls
+        assert all(url.startswith((f"file://{self.page}", self.served)) for url in urls), urls
 
     def six_files(self):
         self.open()
@@ -75,11 +133,11 @@ class Page:
         self.until("const f = document.querySelector('iframe'); return f.clientHeight >= f.contentDocument.body.scrollHeight")
         self.look("six")
         # A place, and everything is computed again.
-        self.browser.run("document.querySelector('[name=latitude]').value = '48,1'")
+        self.browser.run("document.querySelector('#options [name=latitude]').value = '48,1'")
         self.press("#options > button")
         self.until("return result?.done?.result.gravity_source === 'latitude'")
         # A value that is none is said.
-        self.browser.run("document.querySelector('[name=latitude]').value = 'here'")
+        self.browser.run("document.querySelector('#options [name=latitude]').value = 'here'")
         self.press("#options > button")
         self.until("return document.querySelector('#computed').textContent.includes('is no number')")
         self.quiet()
@@ -136,21 +194,120 @@ class Page:
         print("markup, binary files, 60 MB and Cancel")
 
 
+    def poses(self, count, seconds=60):
+        # What is wanted next is known after the fit.
+        self.until(f"return state.poses.size === {count} && (state.fit?.poses ?? {count}) === {count}"
+                   " && [...state.poses.values()].every(p => p.t_s <= state.next_pose?.t_s)", seconds)
+
+    def simulated(self):
+        """A guided session to `good`; loaded again within it; a trap; everything saved."""
+        browser, url = self.browser, f"{self.served}/?seed=4&speed=8"
+        self.open(url)
+        self.press("[data-simulate]")
+        self.until("return state.poses.size === 1 && state.status?.state === 'wait'")
+        self.look("session")
+        for count, face in enumerate(["+x", "-x", "+y", "-y", "-z"], start=2):
+            self.until("return state.status?.state === 'wait' && ![...document.querySelectorAll('[data-face]')].some(b => b.disabled)")
+            browser.key(browser.run(f"return String(FACES.indexOf('{face}') + 1)"))
+            self.poses(count)
+            if count == 3:
+                # Loaded again: it is kept, with its poses, and in another tab it is open here.
+                self.open(url)
+                self.press("[data-resume]")
+                self.poses(3)
+            if count == 4:
+                # What cannot go on says so, and goes on.
+                browser.run("engine.worker.postMessage({ trap: true })")
+                self.until("return state.end?.reason === 'failed'")
+                self.look("trap")
+                self.press("#result .primary")
+                self.poses(4)
+        for count in range(7, 17):
+            if browser.run("return state.verdict?.grade === 'good'"):
+                break
+            browser.key("n")
+            self.poses(count)
+        assert browser.run("return state.verdict.grade") == "good"
+        browser.key("Enter")
+        self.until("return state.end?.reason === 'finished' && document.querySelector('.truth')")
+        before, after = browser.run("return [state.truth.before_mg, state.truth.norm_error_mg]")
+        assert after < 5 < before, (before, after)
+        self.until("return document.querySelector('#result iframe')?.contentDocument?.querySelectorAll('svg').length > 3")
+        self.look("end")
+        # The folder of the session, as one file.
+        browser.run("window.packed_ = null; filesOfSession(guided.folder).then(files => zip(files).arrayBuffer())"
+                    ".then(b => { packed_ = btoa(Array.from(new Uint8Array(b), c => String.fromCharCode(c)).join('')); })")
+        self.until("return packed_")
+        archive = zipfile.ZipFile(io.BytesIO(base64.b64decode(browser.run("return packed_"))))
+        assert archive.testzip() is None
+        assert set(archive.namelist()) == {"calibration.json", "calibration.html", "gravical_calibration.h", "recording.csv", "session.ndjson"}
+        assert archive.read("session.ndjson").count(b'"pose_accepted"') == browser.run("return state.poses.size")
+        # On to a move with this calibration.
+        self.press("[data-further]")
+        self.until("return dropped.length === 1 && dropped[0].kind === 'calibration'")
+        self.quiet()
+        self.open(url)
+        self.press("[data-forget]")
+        self.until("return !document.querySelector('[data-forget]')")
+        print("a simulated session to good, loaded again, a trap, everything saved")
+
+    def at_a_port(self):
+        """A board that is held, sends noise, nothing, and rows; its cable is pulled in a pose."""
+        browser = self.browser
+        self.open(self.served)
+        browser.run("fake.mode = 'held'")
+        self.press("[data-plug]")
+        self.until("return document.querySelector('#trouble').textContent.includes('Another program')")
+        browser.run("fake.mode = 'noise'")
+        self.press("[data-plug]")
+        self.until("return state.ports?.text.includes('baud rate')", 30)
+        self.look("noise")
+        browser.run("fake.mode = 'silent'")
+        self.press("#again")
+        self.until("return state.ports?.text.includes('nothing arrives')", 30)
+        browser.run("fake.mode = 'rows'")
+        self.press("#again")
+        self.poses(1)
+        browser.run("document.querySelector('#gravity [name=latitude]').value = '48,1'")
+        self.press("#gravity button")
+        self.until("return state.session.gravity_source === 'latitude'")
+        browser.run("fake.up = [1, 0.02, -0.03]")
+        self.until("return state.status?.state === 'capture'")
+        browser.run("fake.unplug()")
+        self.until("return document.body.dataset.state === 'lost'")
+        assert browser.run("return state.poses.size") == 1
+        browser.run("fake.plug()")
+        self.poses(2)
+        # Another tab cannot take the session; here it ends, and everything stays.
+        browser.key("c")
+        browser.key("Enter")
+        self.until("return state.end?.reason === 'cancelled'")
+        self.look("cancelled")
+        self.quiet()
+        print("a board: held, noise, silent, unplugged")
+
+
 def main():
     page = pathlib.Path(sys.argv[1]).resolve()
     pictures = pathlib.Path(sys.argv[2]) if len(sys.argv) > 2 else None
     if pictures:
         pictures.mkdir(parents=True, exist_ok=True)
+    handler = functools.partial(Silent, directory=page.parent)
+    server = http.server.ThreadingHTTPServer(("127.0.0.1", 0), handler)
+    threading.Thread(target=server.serve_forever, daemon=True).start()
+    wanted = sys.argv[3:]
     with tempfile.TemporaryDirectory() as profile:
         browser = Browser(profile)
         try:
             browser.size(1280, 900)
-            tested = Page(browser, page, pictures)
-            tested.six_files()
-            tested.example()
-            tested.hostile()
+            browser.cdp("Page.addScriptToEvaluateOnNewDocument", source=FAKE)
+            tested = Page(browser, page, pictures, f"http://127.0.0.1:{server.server_port}")
+            for part in (tested.six_files, tested.example, tested.hostile, tested.simulated, tested.at_a_port):
+                if not wanted or part.__name__ in wanted:
+                    part()
         finally:
             browser.stop()
+            server.shutdown()
 
 
 if __name__ == "__main__":

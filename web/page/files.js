@@ -165,7 +165,7 @@ async function filesOf(items) {
 const DOES = {
   choose: what => $(what === "folder" ? "#folder" : "#chosen").click(),
   async example() {
-    const [poses, ...others] = [...document.querySelectorAll(".example")].map(e => new File([packed(e)], e.id));
+    const [poses, ...others] = [...document.querySelectorAll("script.example")].map(e => new File([packed(e)], e.id));
     await take_in([poses]);
     await take_in(others, false, true);
   },

@@ -63,6 +63,7 @@ const board = {
   },
 };
 // The board that was lost is opened when it is here again.
-navigator.serial?.addEventListener("connect", ({ target }) => {
-  if (board.port && board.nameOf(target) === board.nameOf(board.port)) board.open(target, board.baudRate).catch(() => {});
+navigator.serial?.addEventListener("connect", event => {
+  const port = event.port ?? event.target;
+  if (board.port && board.nameOf(port) === board.nameOf(board.port)) board.open(port, board.baudRate).catch(() => {});
 });
