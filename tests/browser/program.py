@@ -331,6 +331,11 @@ class Live:
                     self.ready()
                     assert not self.shown("#ports") and self.shown("#live")
                     self.quiet("port chosen")
+                    # The program is suspended, and wakes up.
+                    self.child.send_signal(signal.SIGSTOP)
+                    self.until("return document.querySelector('#sentence').textContent.includes('does not answer')", 3.5)
+                    self.child.send_signal(signal.SIGCONT)
+                    self.until("return !document.querySelector('#sentence').textContent.includes('does not answer')", 3.5)
                     # The program is gone.
                     self.child.kill()
                     self.until("return document.querySelector('#sentence').textContent.includes('does not answer')", 3)

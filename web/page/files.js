@@ -207,6 +207,7 @@ let TARGETS = [];
 document.addEventListener("click", e => {
   const button = e.target.closest("button");
   const [name, value] = Object.entries(button?.dataset ?? {}).find(([name]) => name in DOES) ?? [];
+  show("#trouble", false);
   if (name) Promise.resolve(DOES[name](value, button.dataset)).catch(trouble);
 });
 document.addEventListener("change", e => {

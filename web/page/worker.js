@@ -23,7 +23,7 @@ function call(head, files = []) {
   } catch (error) {
     // A panic, whose words are the answer; without any the memory did not suffice. What was in memory is gone.
     let words = "";
-    try { words = new TextDecoder().decode(answer()); } catch { /* nothing can be read */ }
+    try { words = /^panicked at [^]*/.exec(new TextDecoder().decode(answer()))?.[0] ?? ""; } catch { /* nothing can be read */ }
     instantiate();
     closeSession();
     return { error: words ? { code: "panic", message: `This is a fault of gravical: ${words}` }

@@ -135,7 +135,7 @@ impl Guide {
         let done = match saved {
             Some((event, text)) => {
                 self.note(event, &text);
-                "Done and saved"
+                "Done"
             }
             None => "Done, and not saved (-o cal.json does)",
         };

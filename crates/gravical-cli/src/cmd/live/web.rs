@@ -38,6 +38,8 @@ const LOADED_AGAIN: Duration = Duration::from_secs(3);
 const LAST_WORD: Duration = Duration::from_millis(500);
 /// A tab that was disconnected connects again after this time.
 const RETRY: Duration = Duration::from_millis(500);
+/// Time between two signs of life.
+const ALIVE: Duration = Duration::from_secs(1);
 /// Step of waiting.
 const STEP: Duration = Duration::from_millis(50);
 /// Longest command, bytes.
@@ -285,6 +287,12 @@ async fn serve(listener: TcpListener, hub: Arc<Hub>) {
     }
 }
 
+/// Tells a tab to which nothing else is said that the program lives.
+fn alive() -> KeepAlive {
+    let event = sse::Event::default().event("alive").data("yes");
+    KeepAlive::new().interval(ALIVE).event(event)
+}
+
 impl Hub {
     /// Answers what is from our own page.
     async fn answer(&self, request: Request) -> Response {
@@ -294,9 +302,7 @@ impl Hub {
         let mut response = match path.as_str() {
             _ if !is_ours => text(StatusCode::FORBIDDEN, TEXT, REFUSAL),
             "" => text(StatusCode::OK, HTML, page(&self.token)),
-            "events" => Sse::new(self.join())
-                .keep_alive(KeepAlive::new().interval(Duration::from_secs(5)))
-                .into_response(),
+            "events" => Sse::new(self.join()).keep_alive(alive()).into_response(),
             "command" if is_post => self.command(request.into_body()).await,
             "command" => StatusCode::METHOD_NOT_ALLOWED.into_response(),
             "report" => self.report(),

@@ -2,6 +2,8 @@
 
 const token = encodeURIComponent(new URLSearchParams(location.search).get("token") ?? "");
 const address = name => `${name}?token=${token}`;
+// A program that lives says so every second.
+const SILENCE_MS = 2500;
 let silence = 0;
 
 // What the page needs of whoever guides it; `send` returns what went wrong, in words.
@@ -20,20 +22,30 @@ const host = {
   },
   listen(page) {
     const stream = new EventSource(address("events"));
-    stream.addEventListener("open", () => {
+    const heard = () => {
       clearTimeout(silence);
-      silence = 0;
+      silence = page.hasEnded() ? 0 : setTimeout(page.silence, SILENCE_MS);
+    };
+    stream.addEventListener("open", () => {
+      heard();
       page.begin();
+    });
+    stream.addEventListener("alive", () => {
+      heard();
+      page.answers();
     });
     stream.addEventListener("error", () => {
       // After the end the program may go: there is nothing to wait for.
       if (page.hasEnded()) stream.close();
       // A stream that is opened again at once is not worth a word; one that fails again and again is.
-      silence ||= setTimeout(page.silence, 1500);
+      silence ||= setTimeout(page.silence, SILENCE_MS);
       // A refused connection is final for the browser, so it is tried again here.
       if (stream.readyState === EventSource.CLOSED && !page.hasEnded()) setTimeout(() => this.listen(page), 2000);
     });
-    stream.addEventListener("message", e => page.events(e.data.split("\n").filter(Boolean).map(line => JSON.parse(line))));
+    stream.addEventListener("message", e => {
+      heard();
+      page.events(e.data.split("\n").filter(Boolean).map(line => JSON.parse(line)));
+    });
   },
   report: () => address("report"),
   fill(frame) { frame.src = address("report"); },

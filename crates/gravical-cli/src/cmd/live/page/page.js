@@ -37,7 +37,7 @@ function update() {
   updateRecord();
   show("#grade", Boolean(verdict) && !is_over);
   $("#grade").dataset.mark = GRADES[verdict?.grade] ?? "";
-  write($("#grade span"), verdict?.text ?? "");
+  write($("#grade span"), verdict ? standing(state) : "");
 }
 
 function updateWords(now) {
@@ -153,6 +153,7 @@ function updateButtons(now) {
   $("#redo").setAttribute("aria-pressed", String(choosing));
   write($("#redo"), choosing ? "Which face?" : "Redo");
   $("#finish").disabled = n < 4 || is_busy;
+  write($("#finish"), n < 4 && !is_busy ? `Finish after ${4 - n} more` : "Finish");
   $("#finish").classList.toggle("primary", state.verdict?.grade === "good");
   $("#cancel").disabled = now === "connect" || now === "done";
   $("#as-drawn").disabled = !wanted(state).up;
@@ -210,7 +211,7 @@ const ACTIONS = {
   finish() {
     const { verdict, poses } = state;
     if (verdict?.grade === "good") return send({ command: "finish" });
-    ask("finish", "Finish", verdict && poses.size >= 6 ? verdict.text
+    ask("finish", "Finish", verdict && poses.size >= 6 ? `${standing(state)} More poses make it better.`
       : `${FACES.filter(face => recorded(state, face)).length} of 6 faces are done: nothing tests the calibration.`);
   },
   cancel() {
@@ -315,6 +316,10 @@ host.listen({
   silence() {
     answers = false;
     updateSoon();
+  },
+  answers() {
+    if (!answers) updateSoon();
+    answers = true;
   },
   hasEnded: () => Boolean(state.end),
 });

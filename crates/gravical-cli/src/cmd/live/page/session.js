@@ -108,3 +108,9 @@ function facts({ identified, status }) {
   const found = parts(identified?.text ?? "")[0].replace(/\.$/, "");
   return Number.isFinite(status?.temperature_c) ? `${found} · ${status.temperature_c.toFixed(1)} °C` : found;
 }
+
+// The grade, with the error by now: a verdict is said when the grade changes, and its numbers grow old.
+function standing({ verdict, errors }) {
+  const grade = verdict.text.split(":")[0];
+  return errors.length > 0 ? `${grade}: at most ${inMg(errors.at(-1).worst_mg)} (95 %) in the worst direction.` : verdict.text;
+}
