@@ -7,9 +7,11 @@ FIRMWARE is the folder of firmware/build: its sketch can be flashed from the pag
 import base64
 import datetime
 import gzip
+import io
 import os
 import re
 import sys
+import tarfile
 from pathlib import Path
 
 HERE = Path(__file__).resolve().parent
@@ -19,7 +21,7 @@ LIVE = ROOT / "crates/gravical-cli/src/cmd/live/page"
 STYLES = [SHARED / "shared.css", SHARED / "board.css", LIVE / "page.css", HERE / "page/web.css"]
 # The page of `gravical live` is a part of this one; who guides its session is another.
 SCRIPTS = [LIVE / f"{name}.js" for name in ["dom", "board", "session", "markup", "sound"]]
-SCRIPTS += [HERE / f"page/{name}.js" for name in ["engine", "serial", "zip", "host"]] + [LIVE / "page.js", HERE / "page/files.js"]
+SCRIPTS += [HERE / f"page/{name}.js" for name in ["engine", "serial", "zip", "flash", "host"]] + [LIVE / "page.js", HERE / "page/files.js"]
 SKETCH = ROOT / "firmware/mpu6050_logger/mpu6050_logger.ino"
 PICTURE = ROOT / "docs/gallery/calibration.webp"
 EXAMPLES = {"poses.csv": ROOT / "examples/demo/poses/poses.csv", "move.csv": ROOT / "examples/demo/line/line.csv"}
@@ -44,6 +46,27 @@ def packed(data):
     return base64.b64encode(gzip.compress(data, 9, mtime=0)).decode()
 
 
+def firmware(folder):
+    """The sketch as it is flashed, and the sources of all that is in it, as the licence of the Arduino core asks for."""
+    core = Path(os.environ.get("ARDUINO_AVR", "/usr/share/arduino/hardware/arduino/avr"))
+    archive = io.BytesIO()
+    with tarfile.open(fileobj=archive, mode="w") as tar:
+        def add(path, name):
+            info = tar.gettarinfo(path, name)
+            info.mtime, info.uid, info.gid, info.uname, info.gname = 0, 0, 0, "", ""
+            with open(path, "rb") as file:
+                tar.addfile(info, file)
+
+        for root, name in [(core / "cores/arduino", "arduino/cores/arduino"), (core / "variants/standard", "arduino/variants/standard"),
+                           (core / "libraries/Wire/src", "arduino/libraries/Wire/src"), (ROOT / "firmware", "firmware")]:
+            for path in sorted(p for p in root.rglob("*") if p.is_file()):
+                add(path, f"{name}/{path.relative_to(root)}")
+        licence = Path("/usr/share/common-licenses/LGPL-2.1")
+        if licence.is_file():
+            add(licence, "arduino/LGPL-2.1")
+    return inert("firmware", (folder / "mpu6050_logger.hex").read_text()) + inert("sources", packed(archive.getvalue()))
+
+
 def session():
     """The page of `gravical live`: what is before its head line, in it, and after it."""
     page = (LIVE / "page.html").read_text()
@@ -55,6 +78,7 @@ def session():
 def page(wasm, version):
     parts = inert("worker", (HERE / "page/worker.js").read_text()) + inert("sketch", SKETCH.read_text())
     parts += "".join(inert(f"{name}.gz", packed(path.read_bytes()), "example") for name, path in EXAMPLES.items())
+    parts += firmware(Path(sys.argv[3])) if len(sys.argv) > 3 else ""
     parts += inert("wasm", packed(wasm)) if wasm else ""
     before, head, after = session()
     values = {"policy": POLICY.format(connect="'none'" if wasm else "'self'"), "style": joined(STYLES), "parts": parts,

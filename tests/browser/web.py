@@ -35,6 +35,18 @@ fake.port = {
   },
   async close() { this.readable = fake.controller = null; },
 };
+// The bootloader of an Uno (STK500 version 1); in the mode "mega" the chip is another one.
+fake.flash = new Uint8Array(32768).fill(255);
+fake.port.setSignals = async () => {};
+Object.defineProperty(fake.port, "writable", { get: () => new WritableStream({ write(bytes) {
+  if (!["boot", "mega"].includes(fake.mode)) return;
+  const at = 2 * (fake.word ?? 0), size = bytes[1] * 256 + bytes[2];
+  if (bytes[0] === 0x55) fake.word = bytes[1] + 256 * bytes[2];
+  if (bytes[0] === 0x64) fake.flash.set(bytes.slice(4, 4 + size), at);
+  const answer = { 0x75: [0x1e, fake.mode === "mega" ? 0x98 : 0x95, 0x0f], 0x74: fake.flash.slice(at, at + size) }[bytes[0]] ?? [];
+  fake.controller.enqueue(Uint8Array.from([0x14, ...answer, 0x10]));
+  if (bytes[0] === 0x51) fake.mode = "rows";
+} }) });
 fake.unplug = () => {
   fake.controller.error(new DOMException("The device has been lost.", "NetworkError"));
   fake.controller = fake.port.readable = null;
@@ -48,7 +60,7 @@ const noise = () => { let sum = 0; for (let i = 0; i < 12; i++) sum += Math.rand
 setInterval(() => {
   for (let i = 0; i < 5; i++) {
     fake.n++;
-    if (!fake.controller || fake.mode === "silent") continue;
+    if (!fake.controller || ["silent", "boot", "mega"].includes(fake.mode)) continue;
     const length = Math.hypot(...fake.up), a = fake.up.map((v, k) => G * v / length + BIAS[k] + 0.03 * noise());
     const text = `${10 * fake.n},${[...a, ...[0, 0, 0].map(() => 0.01 + 0.001 * noise())].map(v => v.toFixed(4))}\\n`;
     const bytes = fake.mode === "noise" ? Uint8Array.from({ length: 40 }, () => 128 + 127 * Math.random()) : new TextEncoder().encode(text);
@@ -286,6 +298,29 @@ class Page:
         self.quiet()
         print("a board: held, noise, silent, unplugged")
 
+    def flashed(self):
+        """The sketch is flashed from the page, and the session begins; another chip is left alone."""
+        browser = self.browser
+        self.open(self.served)
+        if not browser.run("return document.querySelector('#firmware')"):
+            print("no sketch in the page: flashing is not tried")
+            return
+        browser.run("fake.mode = 'mega'")
+        self.press("#door [data-flash]")
+        self.press("#flashing [data-flash=now]")
+        self.until("return document.querySelector('#flashing .mark').textContent.includes('1e 98 0f')")
+        self.look("flash")
+        assert browser.run("return fake.flash.every(byte => byte === 255)")
+        browser.run("fake.mode = 'boot'")
+        self.press("#flashing [data-flash=now]")
+        self.poses(1)
+        assert browser.run("return parseHex(document.querySelector('#firmware').textContent).every((byte, i) => fake.flash[i] === byte)")
+        browser.key("c")
+        browser.key("Enter")
+        self.until("return state.end?.reason === 'cancelled'")
+        self.quiet()
+        print("the sketch is flashed")
+
 
 def main():
     page = pathlib.Path(sys.argv[1]).resolve()
@@ -302,7 +337,7 @@ def main():
             browser.size(1280, 900)
             browser.cdp("Page.addScriptToEvaluateOnNewDocument", source=FAKE)
             tested = Page(browser, page, pictures, f"http://127.0.0.1:{server.server_port}")
-            for part in (tested.six_files, tested.example, tested.hostile, tested.simulated, tested.at_a_port):
+            for part in (tested.six_files, tested.example, tested.hostile, tested.simulated, tested.at_a_port, tested.flashed):
                 if not wanted or part.__name__ in wanted:
                     part()
         finally:

@@ -177,6 +177,8 @@ const DOES = {
   async forget(folder) { await engine.ask({ do: "forget", folder }); await showKept(); },
   // With the calibration of the session, to what is recorded with it.
   async further() { await take_in([new File([guided.files["calibration.json"]], "calibration.json")], false, true); },
+  flash: flashSketch,
+  sources: () => save("firmware-sources.tar.gz", packed($("#sources"))),
   sketch: () => save("mpu6050_logger.ino", $("#sketch").textContent),
   verb: compute,
   cancel: () => engine.cancel(),
@@ -228,6 +230,7 @@ for (const type of ["dragenter", "dragover", "dragleave", "drop"]) {
   });
 }
 
+show("#door [data-flash]", board.isPossible() && Boolean($("#firmware")));
 show("#plugs", board.isPossible());
 show("#no-serial", !board.isPossible());
 engine.start(loadModule, $("#worker").textContent).then(() => engine.ask({ do: "targets" })).then(done => {

@@ -71,7 +71,8 @@ const host = {
   flashMarkup: () => html`<h2>Does it send rows?</h2>
     <p class="note">Any sketch will do that prints three numbers of the accelerometer a row, and three of the gyroscope if there is one. It has to be as fast as this page:</p>
     <p><label><select data-baud aria-label="Baud rate">${[...$("#baud").options].map(o => html`<option ${o.selected && "selected"}>${o.text}</option>`)}</select> baud</label></p>
-    <p><button type="button" data-sketch>↓ Our sketch, for an Uno with an MPU6050</button></p>`,
+    <p class="row">${$("#firmware") && html`<button type="button" data-flash>Flash our sketch into an Uno</button>`}
+      <button type="button" data-sketch>↓ Our sketch, for an MPU6050</button></p>`,
   savedMarkup: (_, grade) => html`<p class="row downloads">${guidedFilesMarkup(true)}
       <button type="button" data-further>Position and orientation of a move</button></p>
     ${grade !== "good" && resumeMarkup("Go on with more poses")}`,
@@ -111,4 +112,32 @@ async function showKept() {
   render($("#kept ol"), html`${names.reverse().map(name => html`<li class="row"><b>${name.replace(/^session-(....)(..)(..)T(..)(..)(..)Z$/, "$1-$2-$3 $4:$5 UTC")}</b>
     <button type="button" data-resume="${name}">Go on</button><button type="button" class="quiet" data-zip="${name}">↓ .zip</button>
     <button type="button" class="quiet" data-forget="${name}" aria-label="Delete ${name}">Delete</button></li>`)}`);
+}
+
+// ---- The sketch ----
+
+async function flashSketch(step) {
+  const dialog = $("#flashing"), told = $("#flashing .mark"), buttons = dialog.querySelectorAll(".row button");
+  const say = (mark, words) => { told.hidden = !words; told.dataset.mark = mark; write(told.firstChild, words); };
+  if (step === "close") return dialog.close();
+  if (step !== "now") {
+    say("note", "");
+    return dialog.showModal();
+  }
+  const port = await board.choose();
+  if (!port) return;
+  buttons.forEach(button => { button.disabled = true; });
+  try {
+    await board.close();
+    await engine.ask({ do: "close" });
+    const pages = await flash(port, $("#firmware").textContent, words => say("note", words));
+    say("done", `${pages} pages are written and read back.`);
+    $("#baud").value = 115200;
+    dialog.close();
+    await plug("", port);
+  } catch (error) {
+    say("poor", error.message);
+  } finally {
+    buttons.forEach(button => { button.disabled = false; });
+  }
 }

@@ -18,7 +18,7 @@ use std::path::Path;
 
 use simavr_ffi as ffi;
 
-use crate::sensor::{FaultKind, Mpu6050};
+use crate::sensor::{FaultKind, Mpu6050, Reading};
 
 /// Clock of the Uno, Hz.
 const FREQUENCY_HZ: f64 = 16e6;
@@ -31,6 +31,8 @@ const UCSR0A: usize = 0xc0;
 const UBRR0L: usize = 0xc4;
 const UBRR0H: usize = 0xc5;
 const U2X0: u8 = 0x02;
+/// A bit of MCUSR.
+const EXTERNAL_RESET: u8 = 0x02;
 /// Number of the interrupt of the I²C unit, from 0.
 const TWI_VECTOR: u8 = 24;
 /// `rjmp .-2`: a loop that never ends.
@@ -50,6 +52,8 @@ pub struct Uno {
     /// Where the program hangs in the flash, and the instruction that was there.
     hung: Option<(*mut [u8; 2], [u8; 2])>,
     resets: u32,
+    /// It has a bootloader, which reads why it was reset.
+    boots: bool,
 }
 
 unsafe extern "C" fn silent(
@@ -151,8 +155,27 @@ impl Uno {
                 next_byte: 0,
                 hung: None,
                 resets: 0,
+                boots: false,
             })
         }
+    }
+
+    /// A board whose reset button was pressed, with a bootloader (an ELF file) at this address and nothing else
+    /// in its flash.
+    ///
+    /// # Errors
+    ///
+    /// Why the file cannot be loaded.
+    pub fn with_bootloader(file: &Path, address: u16) -> Result<Self, String> {
+        let mut board = Self::new(file, Mpu6050::new(|_| Reading::default()))?;
+        board.boots = true;
+        // SAFETY: `avr` is valid as long as `self`; the register lies within its data.
+        unsafe {
+            (*board.avr).reset_pc = u32::from(address);
+            (*board.avr).pc = u32::from(address);
+            *(*board.avr).data.add(MCUSR) = EXTERNAL_RESET;
+        }
+        Ok(board)
     }
 
     /// Seconds since power-up, whatever resets there were.
@@ -235,8 +258,10 @@ impl Uno {
         // SAFETY: `avr` is valid as long as `self`; `at` was within its flash.
         unsafe {
             (*self.avr).run_cycle_limit = SLICE;
-            // The boot loader of the Uno clears it before the sketch starts.
-            *(*self.avr).data.add(MCUSR) = 0;
+            // The bootloader of the Uno clears it before the sketch starts.
+            if !self.boots {
+                *(*self.avr).data.add(MCUSR) = 0;
+            }
             if let Some((at, instruction)) = self.hung.take() {
                 *at = instruction;
             }
