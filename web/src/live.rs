@@ -130,14 +130,15 @@ impl Live {
     pub fn call(&mut self, asked: &message::Message<'_>) -> Result<Vec<u8>> {
         let now_s = asked.number("now_s").unwrap_or_default();
         let Happened { command, why } = asked.options()?;
-        let done = match (asked.verb(), command, why) {
-            ("tick", ..) => self.pass(now_s, b""),
-            ("bytes", ..) => self.pass(now_s, asked.one("")?.bytes),
-            ("opened", ..) => Ok(self.opened(now_s)),
-            ("lost", _, why) => Ok(self.lost(why.unwrap_or(Loss::Silent))),
-            (_, Some(command), _) => self.command(now_s, &command),
-            _ => Ok(()),
-        };
+        let mut done = Ok(());
+        match (asked.verb(), command) {
+            ("tick", _) => done = self.pass(now_s, b""),
+            ("bytes", _) => done = self.pass(now_s, asked.one("")?.bytes),
+            ("opened", _) => self.opened(now_s),
+            ("lost", _) => self.lost(why.unwrap_or(Loss::Silent)),
+            (_, Some(command)) => done = self.command(now_s, &command),
+            _ => {}
+        }
         if let Err(error) = done {
             self.end(EndReason::Failed, &error.to_string());
         }
@@ -215,7 +216,8 @@ impl Live {
                             && !self.has_begun
                             && out.lines.is_empty() =>
                     {
-                        return Ok(self.mute(&e));
+                        self.mute(&e);
+                        return Ok(());
                     }
                     read => read?,
                 }
@@ -265,7 +267,10 @@ impl Live {
             match board.command(command, self.guide.session.next_up()) {
                 Ok(false) => {}
                 Ok(true) => return Ok(()),
-                Err(error) => return Ok(self.guide.warn(&error.to_string())),
+                Err(error) => {
+                    self.guide.warn(&error.to_string());
+                    return Ok(());
+                }
             }
         }
         self.guide.command(command);

@@ -1,6 +1,8 @@
 //! What the page computes is what the program computes: every verb, and every small input that once went wrong.
 //! GRAVICAL names the program, GRAVICAL_DATA the real recordings; without them the tests say so.
 
+#![allow(clippy::unwrap_used)]
+
 use std::path::{Path, PathBuf};
 use std::process::Command;
 
@@ -21,15 +23,29 @@ fn asked(
     options: Value,
     files: &[(&str, &str, Vec<u8>)],
 ) -> (Value, Vec<(String, Vec<u8>)>) {
+    told(
+        &mut App::default(),
+        json!({ "do": verb, "options": options }),
+        files,
+    )
+}
+
+/// The answer of this instance.
+fn told(
+    app: &mut App,
+    mut head: Value,
+    files: &[(&str, &str, Vec<u8>)],
+) -> (Value, Vec<(String, Vec<u8>)>) {
     let names = files
         .iter()
         .map(|(role, name, bytes)| json!({ "name": name, "role": role, "size": bytes.len() }));
     let names: Vec<Value> = names.collect();
-    let head = json!({ "do": verb, "options": options, "files": names }).to_string();
+    head["files"] = names.into();
+    let head = head.to_string();
     let mut message = (head.len() as u32).to_le_bytes().to_vec();
     message.extend(head.as_bytes());
     message.extend(files.iter().flat_map(|(_, _, bytes)| bytes));
-    let answer = App::default().call(&message);
+    let answer = app.call(&message);
     let size = u32::from_le_bytes(answer[..4].try_into().unwrap()) as usize;
     let (head, mut rest) = answer[4..].split_at(size);
     let head: Value = serde_json::from_slice(head).unwrap();
@@ -257,4 +273,77 @@ fn whatever_arrives_has_an_answer() {
         &[("", "<b>.csv", b"\0\xff<script>".to_vec())],
     );
     assert_eq!(head["error"]["code"], json!("usage"));
+}
+
+/// A guided session in memory, with a hand that does what is asked for, and the files that it leaves.
+fn guided(app: &mut App) -> [Vec<u8>; 4] {
+    let options = json!({ "source": "simulate", "name": "simulated MPU6050, seed 4", "seed": 4, "speed": 1.0 });
+    let mut files: [Vec<u8>; 4] = Default::default();
+    let mut now_s = 0.0;
+    let mut tell = |now_s: f64, mut head: Value| {
+        head["now_s"] = now_s.into();
+        let (head, written) = told(app, head, &[]);
+        assert_eq!(head["error"], Value::Null);
+        for (name, bytes) in written {
+            let names = [
+                "recording.csv",
+                "session.ndjson",
+                "calibration.json",
+                "calibration.html",
+            ];
+            files[names.iter().position(|n| *n == name).unwrap()].extend(bytes);
+        }
+        head["events"].as_array().unwrap().clone()
+    };
+    let mut events = tell(now_s, json!({ "do": "open", "options": options }));
+    let mut wanted = Value::Null;
+    let mut is_good = false;
+    loop {
+        for event in std::mem::take(&mut events) {
+            match event["type"].as_str().unwrap() {
+                "next_pose" => wanted = event,
+                "verdict" => is_good = event["grade"] == "good",
+                "end" => {
+                    assert_eq!(event["reason"], "finished", "{event}");
+                    return files;
+                }
+                _ => {}
+            }
+        }
+        let command = match (&wanted["up"], &wanted["faces"][0]) {
+            _ if is_good => json!({ "command": "finish" }),
+            (Value::Null, Value::Null) => Value::Null,
+            (Value::Null, face) => json!({ "command": "hand", "put": face }),
+            (up, _) => json!({ "command": "hand", "up": up }),
+        };
+        if !command.is_null() {
+            wanted = Value::Null;
+            events = tell(
+                now_s,
+                json!({ "do": "command", "options": { "command": command } }),
+            );
+        }
+        now_s += 0.1;
+        events.extend(tell(now_s, json!({ "do": "tick" })));
+        assert!(now_s < 600.0, "it never was good");
+    }
+}
+
+#[test]
+fn a_guided_session_is_calibrated_as_by_the_program() {
+    let Some(program) = program() else { return };
+    let work = std::env::temp_dir().join(format!("gravical-guided-{}", std::process::id()));
+    std::fs::create_dir_all(work.join("s")).unwrap();
+    let [recording, journal, calibration, page] = guided(&mut App::default());
+    assert!(page.starts_with(b"<!"));
+    std::fs::write(work.join("s/recording.csv"), recording).unwrap();
+    std::fs::write(work.join("s/session.ndjson"), journal).unwrap();
+    let (value, _) = printed(&program, &work, "calibrate s --json -o cal.json");
+    let own: Value = serde_json::from_slice(&calibration).unwrap();
+    let (own, other) = (bare(own), bare(value.unwrap()));
+    for name in ["verdict", "accelerometer", "gyroscope", "poses", "findings"] {
+        let other = other[name].to_string().replace("s/recording", "recording");
+        assert_eq!(own[name].to_string(), other, "{name}");
+    }
+    std::fs::remove_dir_all(work).unwrap();
 }
