@@ -320,7 +320,7 @@ fn shorten(name: String) -> String {
 /// Parts of a curve of which only the extremes are drawn where it is still long: more than that are noise on a screen.
 const PARTS: usize = 400;
 /// The same before the curve is straightened, which takes time.
-const FINE_PARTS: usize = 10 * PARTS;
+const FINE_PARTS: usize = 4 * PARTS;
 /// A row stays if a straight line misses it by more than this share of its column's range: a tenth of a dot.
 const TOLERANCE: f64 = 6e-4;
 
