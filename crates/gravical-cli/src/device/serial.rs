@@ -4,7 +4,7 @@
 use std::io::{self, Write as _};
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
-use std::time::{Duration, Instant};
+use std::time::Duration;
 
 use gravical::escape::shell_word;
 use gravical::{Error, Result};
@@ -14,9 +14,9 @@ use serialport::{ErrorKind, SerialPort};
 /// knows the time, and it notices that nobody wants more, and ends.
 const READ: Duration = Duration::from_millis(10);
 /// At the end so many reads in a row without bytes are the silence of a board: on a busy machine the system
-/// passes on late what has arrived. One that sends without a pause is read for this time.
-const SILENT_READS: u32 = 5;
-const REST: Duration = Duration::from_millis(250);
+/// passes on late what has arrived. Of one that sends without a pause these are the last reads: what had arrived is less.
+const SILENT_READS: u32 = 20;
+const LAST_READS: u32 = 60;
 
 /// An open port, whose bytes are passed on as they arrive.
 pub struct Serial {
@@ -79,11 +79,10 @@ fn read(
 ) {
     use io::ErrorKind::{Interrupted, TimedOut, WouldBlock};
     let mut bytes = [0; 4096];
-    let mut closed_at = None;
-    let mut silent_reads = 0;
+    let (mut last_reads, mut silent_reads) = (0, 0);
     loop {
         if is_closing.load(Ordering::Acquire) {
-            closed_at.get_or_insert_with(Instant::now);
+            last_reads += 1;
         } else {
             silent_reads = 0;
         }
@@ -100,7 +99,7 @@ fn read(
         if !pass_on(read) || is_lost {
             return;
         }
-        if closed_at.is_some_and(|at| silent_reads >= SILENT_READS || at.elapsed() >= REST) {
+        if last_reads > 0 && silent_reads >= SILENT_READS || last_reads >= LAST_READS {
             pass_on(Err(closed()));
             return;
         }

@@ -275,7 +275,7 @@ fn a_slow_board_is_told_what_to_change() {
                 "Rotation X: 0.0{b}, Y: 0.01, Z: 0.0{a} rad/s\r\n\r\n"
             ));
         }
-        std::thread::sleep(Duration::from_millis(500));
+        std::thread::sleep(Duration::from_millis(440));
     }
     for told in [&mut log, &mut live] {
         let warning = told.wait_for("warning");
