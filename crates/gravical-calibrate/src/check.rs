@@ -11,6 +11,7 @@ use gravical_core::matrix3::{norm, unit};
 use gravical_fit::consistency::{self, Length, StaticMean};
 use gravical_fit::model::BIAS;
 use gravical_fit::{SIGNIFICANCE, Sensor, Test};
+use gravical_recording::utc::UtcTime;
 use serde::{Deserialize, Serialize};
 
 use crate::Result;
@@ -124,6 +125,8 @@ pub struct StillCheck {
     pub lines: [u64; 2],
     /// Seconds from the start of the recording; null without a rate.
     pub start_s: Option<f64>,
+    /// When its recording was made; null where that is unknown.
+    pub recorded: Option<UtcTime>,
     /// Rows that the mean is over.
     pub rows: u64,
     /// Mean, calibrated, in axes of the case, m/s².
@@ -283,6 +286,7 @@ impl StillCheck {
             label: is_named.then(|| interval.label.clone()),
             lines: interval.lines,
             start_s: recording.time_at(interval.rows.start),
+            recorded: recording.recorded_at(),
             rows: interval.count as u64,
             calibrated,
             nearest: nearest.name(),

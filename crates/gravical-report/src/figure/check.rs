@@ -23,7 +23,7 @@ pub(crate) fn still_name(report: &CheckReport, still: &StillCheck) -> String {
     }
 }
 
-/// The error of each rest, and over the temperature where it was recorded.
+/// The error of each rest, and over temperature and date where they are known.
 pub fn check(report: &CheckReport) -> Vec<Figure> {
     let mut stills: Vec<&StillCheck> = report.static_intervals.iter().collect();
     let all = stills.len();
@@ -64,26 +64,50 @@ pub fn check(report: &CheckReport) -> Vec<Figure> {
     let errors = Figure::new("errors", "Error of ‖a‖ of each rest", caption, [panel]);
     std::iter::once(errors)
         .chain(by_temperature(report))
+        .chain(by_date(report))
         .collect()
 }
 
 fn by_temperature(report: &CheckReport) -> Option<Figure> {
+    let names = ["temperature", "Error by temperature"];
+    let axis = ["temperature, °C", "T = {} °C"];
+    let caption =
+        "An error that grows with the distance from the temperature of the calibration is drift.";
+    by(report, names, axis, 1.0, caption, |s| s.temperature_c)
+}
+
+fn by_date(report: &CheckReport) -> Option<Figure> {
     let stills = report.static_intervals.iter();
-    let points = stills.filter_map(|s| Some([s.temperature_c?, milli_g(s.error_mps2)]));
+    let first = stills.filter_map(|s| s.recorded).min();
+    let (since, name) = match report.sides[0].recorded {
+        Some(calibrated) => (calibrated, "days since the calibration was recorded"),
+        None => (first?, "days since the first rest"),
+    };
+    let days = |s: &StillCheck| Some(s.recorded?.days_since(since));
+    let names = ["date", "Error by date"];
+    let axis = [name, "{} d"];
+    let caption = "An error that grows with time is drift of the sensor.";
+    by(report, names, axis, 1.0, caption, days)
+}
+
+/// The error of each rest over what `of` says of it; none where that varies by no more than `spread`.
+fn by(
+    report: &CheckReport,
+    [id, title]: [&str; 2],
+    [name, at]: [&'static str; 2],
+    spread: f64,
+    caption: &str,
+    of: impl Fn(&StillCheck) -> Option<f64>,
+) -> Option<Figure> {
+    let stills = report.static_intervals.iter();
+    let points = stills.filter_map(|s| Some([of(s)?, milli_g(s.error_mps2)]));
     let points: Vec<[f64; 2]> = points.collect();
-    let x = Axis::over(
-        "temperature, °C",
-        "T = {} °C",
-        points.iter().map(|p| p[0]),
-        0.08,
-    );
-    let is_spread = x.range[1] - x.range[0] > 1.0 && points.len() > 1;
+    let x = Axis::over(name, at, points.iter().map(|p| p[0]), 0.08);
+    let is_spread = x.range[1] - x.range[0] > spread && points.len() > 1;
     let y = Axis::around_zero("", points.iter().map(|p| p[1]));
     let series = [Series::points("rest", Role::Result, points)];
     let panel = Panel::new("Error of ‖a‖", "mg", [x, y], series).alone();
-    let caption =
-        "An error that grows with the distance from the temperature of the calibration is drift.";
-    is_spread.then(|| Figure::new("temperature", "Error by temperature", caption, [panel]))
+    is_spread.then(|| Figure::new(id, title, caption, [panel]))
 }
 
 /// Each parameter, B − A, in its own 95 % bar.
