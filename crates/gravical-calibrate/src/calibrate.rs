@@ -77,7 +77,7 @@ pub struct CalibrateOptions {
 #[serde(default)]
 #[cfg_attr(feature = "clap", derive(clap::Args))]
 pub struct RecordOptions {
-    /// Name or serial number of the sensor, stored
+    /// Name or serial number of the sensor, stored; folder: the session's name
     #[cfg_attr(
         feature = "clap",
         arg(long, value_name = "TEXT", hide_short_help = true)

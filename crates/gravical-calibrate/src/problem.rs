@@ -141,6 +141,7 @@ gravical_recording::errors! {
         NoGravity { mps2: f64 } => "gravity_mps2: {mps2} m/s² is not a possible gravity" => "{OWN_FILE}";
         NoSize { field: &'static str } => "{field}: it has to be 0 or more and below 1e9" => "{OWN_FILE}";
         BeyondSensors { section: &'static str, field: &'static str } => "{section}.{field}: a value is beyond any sensor" => "{OWN_FILE}";
+        BiasTooLarge { section: &'static str, bias: f64, most: f64, unit: &'static str } => "{section}.bias: matrix · bias is {bias:.3} {unit}; no sensor has more than {most} {unit}" => "{OWN_FILE}";
         SingularMatrix { section: &'static str } => "{section}.matrix: the matrix is singular" => "{OWN_FILE}";
         OtherParameters { field: &'static str, possible: [Vec<String>; 2] } => "{field}.parameters: they have to be {}, in this order",
             possible.map(|names| names.join(", ")).join("; or ") => "{OWN_FILE}";

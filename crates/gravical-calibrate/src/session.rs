@@ -103,6 +103,23 @@ pub fn may_be_recording(path: &Path) -> bool {
     ENDINGS.into_iter().any(|ending| ends_in(path, ending))
 }
 
+/// Name of a session: that of a recording without its endings (`x.csv.gz` has two), all of a folder's.
+#[doc(hidden)]
+pub fn session_name(path: &Path) -> String {
+    let name = path
+        .file_name()
+        .map_or("session".into(), |n| n.to_string_lossy());
+    let mut stem: &str = &name;
+    for _ in 0..2 {
+        let (front, ending) = stem.rsplit_once('.').unwrap_or((stem, ""));
+        let is_known = ENDINGS.iter().any(|e| ending.eq_ignore_ascii_case(e));
+        if is_known && !front.is_empty() && !path.is_dir() {
+            stem = front;
+        }
+    }
+    stem.to_owned()
+}
+
 /// Columns that begin the summary of many sessions.
 pub const SUMMARY_COLUMNS: [&str; 6] = ["path", "grade", "reason", "error_code", "hint", "result"];
 

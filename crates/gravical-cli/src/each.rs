@@ -3,9 +3,10 @@
 //! Each input is what the command alone would do with it. One that fails is a row of the summary
 //! and does not stop the others.
 
-use std::collections::{BTreeMap, HashSet};
+use std::collections::hash_map::Entry;
+use std::collections::{BTreeMap, HashMap, HashSet};
 use std::fs::File;
-use std::io::Read as _;
+use std::io::{self, IsTerminal as _, Read as _};
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 use std::sync::atomic::{AtomicUsize, Ordering};
@@ -16,7 +17,9 @@ use gravical::live::folder::is_session;
 use gravical::numfmt::count;
 use gravical::output::{make_folder, write_atomic};
 use gravical::recording::max_bytes;
-use gravical::session::{ENDINGS, SUMMARY_COLUMNS, entries, is_summary, may_be_recording};
+use gravical::session::{
+    ENDINGS, SUMMARY_COLUMNS, entries, is_summary, may_be_recording, session_name,
+};
 use gravical::targets::{check_targets, place, same_target};
 use gravical::{Error, Result};
 use gravical_report::figure;
@@ -170,7 +173,7 @@ pub fn run(
     read: impl Fn(&Path, &Path) -> Option<Outcome> + Sync,
 ) -> anyhow::Result<ExitCode> {
     let (given, lists) = given(plan.inputs)?;
-    let paths = paths(plan, &given)?;
+    let (paths, repeated) = paths(plan, &given)?;
     let force = plan.force || plan.each.resume;
     let mut items = named(paths.clone(), plan)?;
     if let Some((index, count)) = plan.each.shard {
@@ -184,6 +187,9 @@ pub fn run(
     let targets: Vec<PathBuf> = targets.chain(plan.report.map(Path::to_owned)).collect();
     let inputs = [&plan.shared, &lists, &given, &paths].map(Vec::as_slice);
     check_targets(&targets, &inputs.concat(), force)?;
+    for (path, same) in repeated {
+        text::say(&format!("note: {path} is {same}, which is read once"));
+    }
     let widths = items.iter().map(|i| path_text(&i.path).chars().count());
     let width = widths.max().unwrap_or(0).min(40);
     let bar = progress::of_sessions(items.len());
@@ -216,14 +222,19 @@ pub fn run(
             });
         }
         drop(send);
+        let mut printed = 0;
         for (at, row) in done {
-            if !plan.quiet || row.is_poor {
-                let line = row.line(&items[at].path, width);
-                // A reader who has gone does not end the work.
-                let _ = bar.suspend(|| text::print(&line));
-            }
             bar.inc(1);
             rows.insert(at, row);
+            // In the order of the names.
+            while let Some(row) = rows.get(&printed) {
+                if !plan.quiet || row.is_poor {
+                    let line = row.line(&items[printed].path, width);
+                    // A reader who has gone does not end the work.
+                    let _ = bar.suspend(|| text::print(&line));
+                }
+                printed += 1;
+            }
         }
     });
     bar.finish_and_clear();
@@ -288,12 +299,15 @@ fn read_list(list: &Path) -> Result<String> {
     Ok(text)
 }
 
-/// The sessions: files, and entries of folders, each once. What is written is no input.
+/// A path, and that of the same session before it.
+type Repeated = Vec<(String, String)>;
+
+/// The sessions: files, and entries of folders, each once; and other names of them. What is written is no input.
 ///
 /// # Errors
 ///
 /// `no-recordings` (input); errors of reading a folder.
-fn paths(plan: &Plan<'_>, given: &[PathBuf]) -> Result<Vec<PathBuf>> {
+fn paths(plan: &Plan<'_>, given: &[PathBuf]) -> Result<(Vec<PathBuf>, Repeated)> {
     let pages = plan.pages();
     let outputs = [plan.output, plan.each.summary.as_deref(), pages.as_deref()];
     let outputs = outputs.map(|path| path.map(place));
@@ -313,14 +327,26 @@ fn paths(plan: &Plan<'_>, given: &[PathBuf]) -> Result<Vec<PathBuf>> {
         };
         paths.extend(entries(path)?.into_iter().filter(is_input));
     }
-    let mut seen = HashSet::new();
-    paths.retain(|p| seen.insert(place(p)));
+    let mut seen: HashMap<PathBuf, PathBuf> = HashMap::new();
+    let mut repeated = Vec::new();
+    paths.retain(|path| match seen.entry(place(path)) {
+        Entry::Vacant(new) => {
+            new.insert(path.clone());
+            true
+        }
+        Entry::Occupied(first) => {
+            if first.get() != path {
+                repeated.push((path_text(path), path_text(first.get())));
+            }
+            false
+        }
+    });
     if paths.is_empty() {
         let error = Error::input("no-recordings", "there is no session among these paths");
         let hint = "give files, or a folder that holds them; recordings end in .";
         return Err(error.with_hint(hint.to_owned() + &ENDINGS.join(", .")));
     }
-    Ok(paths)
+    Ok((paths, repeated))
 }
 
 impl Plan<'_> {
@@ -341,11 +367,11 @@ fn named(paths: Vec<PathBuf>, plan: &Plan<'_>) -> Result<Vec<Item>> {
     // File systems that ignore case take `A.json` and `a.json` for one file.
     let mut uses: BTreeMap<String, usize> = BTreeMap::new();
     for path in &paths {
-        *uses.entry(stem(path).to_lowercase()).or_default() += 1;
+        *uses.entry(session_name(path).to_lowercase()).or_default() += 1;
     }
     let (mut taken, mut items) = (HashSet::new(), Vec::new());
     for path in paths {
-        let mut name = stem(&path);
+        let mut name = session_name(&path);
         if uses[&name.to_lowercase()] > 1
             && let Some(folder) = path.parent().and_then(Path::file_name)
         {
@@ -395,22 +421,6 @@ fn encoded(name: &str) -> String {
     name.bytes().map(byte).collect()
 }
 
-/// Name of a recording without its endings (`x.csv.gz` has two); a folder keeps all of its name.
-fn stem(path: &Path) -> String {
-    let name = path
-        .file_name()
-        .map_or("session".into(), |n| n.to_string_lossy());
-    let mut stem: &str = &name;
-    for _ in 0..2 {
-        let (front, ending) = stem.rsplit_once('.').unwrap_or((stem, ""));
-        let is_known = ENDINGS.iter().any(|e| ending.eq_ignore_ascii_case(e));
-        if is_known && !front.is_empty() && !path.is_dir() {
-            stem = front;
-        }
-    }
-    stem.to_owned()
-}
-
 /// True if the result was written after everything of the session, and after what it was read with.
 fn is_newer(result: &Path, session: &Path, shared: &[PathBuf]) -> bool {
     let time = |path: &Path| path.metadata().and_then(|m| m.modified()).ok();
@@ -440,13 +450,18 @@ impl Outcome {
         self.reasons.get(skipped).cloned().unwrap_or_default()
     }
 
-    /// With the main reason; the summary has all.
+    /// With the first reason; on a terminal in one line of it.
     fn line(&self, path: &Path, width: usize) -> String {
         let (grade, code) = (&self.grade, &self.error_code);
         let colon = if code.is_empty() { "" } else { ": " };
         let reason = self.reasons.first().map_or("", String::as_str);
         let (path, reason) = (path_text(path), one_line(reason));
-        format!("{grade:<14}  {path:<width$}  {code}{colon}{reason}\n")
+        let line = format!("{grade:<14}  {path:<width$}  {code}{colon}{reason}");
+        if io::stdout().is_terminal() {
+            text::fit_terminal(&line) + "\n"
+        } else {
+            line + "\n"
+        }
     }
 }
 
@@ -466,7 +481,7 @@ fn write_summary(
             let common = [
                 item.path.display().to_string(),
                 row.grade.clone(),
-                row.reasons.join(" / "),
+                row.main_reason(),
                 row.error_code.clone(),
                 row.hint.clone(),
                 result.map_or_else(String::new, |r| r.display().to_string()),
@@ -480,8 +495,9 @@ fn write_summary(
     })
 }
 
-/// A text that a spreadsheet would take for a formula is quoted.
+/// One line; a text that a spreadsheet would take for a formula is quoted.
 fn cell(text: &str) -> String {
+    let text = one_line(text);
     let is_formula = text.starts_with(['=', '@', '+']);
     format!("{}{text}", if is_formula { "'" } else { "" })
 }

@@ -6,6 +6,7 @@ mod crash;
 mod device;
 mod each;
 mod failure;
+mod interrupt;
 mod options;
 mod outlet;
 mod progress;
@@ -102,7 +103,7 @@ fn main() -> ExitCode {
         Err(error) => return failure::usage(&error),
     };
     progress::watch();
-    let done = cli.verb.run();
+    let done = interrupt::watch().and_then(|()| cli.verb.run());
     progress::end();
     done.unwrap_or_else(|error| failure::report(&error))
 }

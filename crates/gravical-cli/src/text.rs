@@ -30,6 +30,17 @@ fn print_to(mut out: impl Write, text: &str) -> Result<()> {
     written.map_err(|e| Error::io(Path::new("standard output"), e))
 }
 
+/// What of a line fits into the terminal, with a column to spare for the cursor.
+pub fn fit_terminal(line: &str) -> String {
+    let columns = crossterm::terminal::size().map_or(80, |(columns, _)| usize::from(columns));
+    let room = columns.max(20) - 1;
+    if line.chars().count() <= room {
+        return line.to_owned();
+    }
+    let start: String = line.chars().take(room - 1).collect();
+    format!("{}…", start.trim_end())
+}
+
 /// Prints a report on stdout, in colour on a terminal.
 ///
 /// # Errors

@@ -1,8 +1,10 @@
 //! Safe writing of files: never over an existing file without permission, and never partially.
 
+use std::collections::BTreeSet;
 use std::fs::File;
 use std::io::{self, BufWriter, Write};
-use std::path::{MAIN_SEPARATOR, Path};
+use std::path::{MAIN_SEPARATOR, Path, PathBuf};
+use std::sync::{Mutex, MutexGuard, PoisonError};
 
 use flate2::Compression;
 use flate2::write::GzEncoder;
@@ -90,8 +92,8 @@ pub fn make_folder(path: &Path) -> Result<()> {
 ///
 /// What a name ends in `.gz` for is packed.
 ///
-/// Until it is complete it is a hidden temporary file in the same folder (`.gravical-…`), which is left
-/// behind where a signal ends the program. A replaced file keeps its permissions.
+/// Until it is complete it is a hidden temporary file in the same folder (`.gravical-…`), which is deleted with an
+/// error; a program that a signal ends calls [`discard_unfinished`]. A replaced file keeps its permissions.
 ///
 /// # Errors
 ///
@@ -124,7 +126,7 @@ pub fn write_atomic<T>(
     if !folder.is_dir() {
         return Err(no_folder(folder, path));
     }
-    let file = temporary_file(folder).map_err(io)?;
+    let (_listed, file) = temporary_file(folder).map_err(io)?;
     let mut writer = BufWriter::with_capacity(1 << 18, file.as_file());
     let filled = fill(&mut writer)?;
     writer.flush().map_err(io)?;
@@ -160,8 +162,35 @@ fn open_special(path: &Path) -> io::Result<Box<dyn Write>> {
     })
 }
 
+/// Temporary files that are not complete yet.
+static UNFINISHED: Mutex<BTreeSet<PathBuf>> = Mutex::new(BTreeSet::new());
+
+fn unfinished() -> MutexGuard<'static, BTreeSet<PathBuf>> {
+    UNFINISHED.lock().unwrap_or_else(PoisonError::into_inner)
+}
+
+/// Deletes all files that are not complete, before a signal ends the program. Whoever begins or completes a file
+/// afterwards waits for that end.
+pub fn discard_unfinished() {
+    let unfinished = unfinished();
+    for path in &*unfinished {
+        // It may have got its name just now.
+        let _ = std::fs::remove_file(path);
+    }
+    std::mem::forget(unfinished);
+}
+
+/// A path in [`UNFINISHED`].
+struct Listed(PathBuf);
+
+impl Drop for Listed {
+    fn drop(&mut self) {
+        unfinished().remove(&self.0);
+    }
+}
+
 /// A new file of a hidden name in `folder`; deleted with this value.
-fn temporary_file(folder: &Path) -> io::Result<NamedTempFile> {
+fn temporary_file(folder: &Path) -> io::Result<(Listed, NamedTempFile)> {
     let mut builder = tempfile::Builder::new();
     builder.prefix(PREFIX);
     #[cfg(unix)]
@@ -170,12 +199,16 @@ fn temporary_file(folder: &Path) -> io::Result<NamedTempFile> {
         // By default a temporary file is readable by its owner only; the umask still applies.
         builder.permissions(std::fs::Permissions::from_mode(0o666));
     }
-    builder.tempfile_in(folder)
+    let mut unfinished = unfinished();
+    let file = builder.tempfile_in(folder)?;
+    unfinished.insert(file.path().to_owned());
+    Ok((Listed(file.path().to_owned()), file))
 }
 
 /// Gives a complete file its name; with `force` it replaces an existing file.
 fn persist(file: NamedTempFile, path: &Path, force: bool) -> io::Result<()> {
     file.as_file().sync_all()?;
+    let _unfinished = unfinished();
     if !force {
         file.persist_noclobber(path)?;
         return Ok(());

@@ -20,6 +20,8 @@ gravical_recording::errors! {
         TargetMayBeInput => "this may be a recording of an input folder; a result must not replace it" => "name another file for the result";
     "same-target" usage:
         SameTarget => "two results would be written here" => "name a separate place for each";
+    "sensor-of-several" usage:
+        SensorOfSeveral => "the id of the sensor is to be the name of the session, and there are several inputs" => "give one folder";
     "unit-mismatch" input:
         GyroMismatch { why: GyroMismatch } => "{why}" => "give its unit, if this is the right one";
     "gyro-not-calibrated" usage:

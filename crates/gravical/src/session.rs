@@ -6,6 +6,7 @@ use crate::Result;
 use crate::calibrate::{CalibrateOptions, Calibrated, calibrate};
 use crate::gravity::Gravity;
 use crate::live::folder::{JOURNAL, RECORDING, calibrate_session, is_session};
+use crate::problem::Problem;
 use crate::recording::source::Named;
 use crate::recording::{ReadOptions, Recording};
 
@@ -28,6 +29,7 @@ pub fn calibrate_files(
     options: &CalibrateOptions,
     gravity: Option<Gravity>,
 ) -> Result<(Vec<Recording>, Calibrated)> {
+    let name = name_sensor(inputs, options)?;
     if let [folder] = inputs
         // Sections name rows: the whole recording is needed.
         && options.segment.sections.is_none()
@@ -36,10 +38,33 @@ pub fn calibrate_files(
     {
         let [recording, journal] = [RECORDING, JOURNAL].map(|name| folder.join(name));
         let files = [Named::Path(&recording), Named::Path(&journal)];
-        return calibrate_session(files, how, options, gravity);
+        let (recordings, mut done) = calibrate_session(files, how, options, gravity)?;
+        done.calibration.sensor.id = name.or(done.calibration.sensor.id);
+        return Ok((recordings, done));
     }
     let (recordings, left_out) = read_session(inputs, gyro, how)?;
     let mut done = calibrate(&recordings, options)?;
     done.calibration.findings.extend(left_out);
+    done.calibration.sensor.id = name.or(done.calibration.sensor.id);
     Ok((recordings, done))
+}
+
+/// As a sensor's id: it is the name of the session's folder or file.
+pub const BY_FOLDER: &str = "folder";
+
+/// The name of the session, where it is the sensor's id.
+///
+/// # Errors
+///
+/// `sensor-of-several` (usage) where it would be that of several inputs.
+fn name_sensor(inputs: &[PathBuf], options: &CalibrateOptions) -> Result<Option<String>> {
+    if options.record.sensor_id.as_deref() != Some(BY_FOLDER) {
+        return Ok(None);
+    }
+    let [session] = inputs else {
+        return Err(Problem::SensorOfSeveral.error().of_option("sensor_id"));
+    };
+    // `.` has a name, too.
+    let session = session.canonicalize().unwrap_or_else(|_| session.clone());
+    Ok(Some(session_name(&session)))
 }

@@ -9,6 +9,11 @@ use crate::problem::Problem;
 
 /// Upper limit of all parameters, in any unit.
 const MAX_PARAMETER: f64 = 1e9;
+/// Largest bias of an accelerometer, m/s², zero offset of the counts included: 1,000 g, twenty times the range of
+/// sensors that gravity can calibrate.
+const MAX_BIAS_MPS2: f64 = 1e4;
+/// Largest bias of a gyroscope, rad/s: ten times the range of the fastest.
+const MAX_BIAS_RAD_S: f64 = 1e4;
 /// Lower limit of nonzero factors.
 const MIN_FACTOR: f64 = 1e-12;
 /// Smallest volume spanned by the rows of a matrix, scaled to length one, at which it is not
@@ -25,7 +30,7 @@ impl Calibration {
         let mps2 = self.gravity_mps2;
         require(GRAVITY_MPS2.contains(&mps2), Problem::NoGravity { mps2 })?;
         let a = &self.accelerometer;
-        sensor("accelerometer", &a.bias, &a.matrix)?;
+        sensor("accelerometer", &a.bias, &a.matrix, (MAX_BIAS_MPS2, "m/s²"))?;
         if let Some(c) = &a.covariance {
             c.check("accelerometer.covariance", [12, 18])?;
         }
@@ -54,7 +59,7 @@ impl Calibration {
             require(is_size, Problem::NoSize { field })?;
         }
         if let Some(g) = &self.gyroscope {
-            sensor("gyroscope", &g.bias, &g.matrix)?;
+            sensor("gyroscope", &g.bias, &g.matrix, (MAX_BIAS_RAD_S, "rad/s"))?;
             let coupling = g.g_sensitivity.as_flattened();
             sizes("gyroscope", "g_sensitivity", coupling)?;
             if let Some(c) = &g.covariance {
@@ -74,9 +79,23 @@ fn require(holds: bool, otherwise: Problem) -> Result<()> {
     }
 }
 
-fn sensor(section: &'static str, bias: &[f64; 3], matrix: &[[f64; 3]; 3]) -> Result<()> {
+fn sensor(
+    section: &'static str,
+    bias: &[f64; 3],
+    matrix: &[[f64; 3]; 3],
+    (most, unit): (f64, &'static str),
+) -> Result<()> {
     sizes(section, "bias", bias)?;
     sizes(section, "matrix", matrix.as_flattened())?;
+    let calibrated = matrix3::mul_vec(matrix, bias).map(f64::abs);
+    let bias = calibrated.into_iter().fold(0.0, f64::max);
+    let too_large = Problem::BiasTooLarge {
+        section,
+        bias,
+        most,
+        unit,
+    };
+    require(bias <= most, too_large)?;
     let lengths = matrix3::row_norms(matrix);
     let unit = matrix3::scale_rows(matrix, &lengths.map(f64::recip));
     let is_regular =

@@ -9,7 +9,7 @@ use gravical::calibration_file::{Calibration, Grade};
 use gravical::escape::path_word;
 use gravical::poses::SegmentOptions;
 use gravical::recording::ReadOptions;
-use gravical::session::{SessionFiles, calibrate_files};
+use gravical::session::{BY_FOLDER, SessionFiles, calibrate_files};
 use gravical_report::figure;
 use gravical_report::figure::sessions::Session;
 use gravical_report::report;
@@ -98,12 +98,16 @@ pub fn run(args: &Args) -> anyhow::Result<ExitCode> {
 ///
 /// What concerns all of them: options, `--sections`, targets.
 fn calibrate_each(args: &Args) -> anyhow::Result<ExitCode> {
+    let sensor_id = &args.method.record.sensor_id;
     EachArgs::refuse_beside(&[
         ("--gyro", args.method.files.gyro.is_some()),
         ("--figures", args.result.report.has_folder()),
         ("--json", args.result.json),
         ("--recorded", args.method.record.recorded.is_some()),
-        ("--sensor-id", args.method.record.sensor_id.is_some()),
+        (
+            "--sensor-id",
+            sensor_id.as_ref().is_some_and(|id| id != BY_FOLDER),
+        ),
     ])?;
     let options = args.options()?;
     options.validate()?;
@@ -151,7 +155,7 @@ fn calibrate_each(args: &Args) -> anyhow::Result<ExitCode> {
 }
 
 /// Columns of the summary of `--each`, in the units of each calibration.
-const COLUMNS: &str = "sensor_id input_unit bias_x bias_y bias_z bias_x_sd bias_y_sd bias_z_sd \
+const COLUMNS: &str = "sensor_id recorded input_unit bias_x bias_y bias_z bias_x_sd bias_y_sd bias_z_sd \
     scale_x scale_y scale_z scale_x_sd scale_y_sd scale_z_sd worst_direction_error_mps2 \
     predicted_mps2 left_out_rms_mps2 poses temperature_c sha256";
 
@@ -177,8 +181,11 @@ fn outcome(file: &Calibration) -> Outcome {
         file.temperature_c.map(|t| t.mean),
     ]);
     let numbers = numbers.map(|v| v.map_or(String::new(), |v| v.to_string()));
+    let recorded = file.recorded.as_ref();
+    let recorded = recorded.map_or(String::new(), |r| r.time.minute());
     let names = [
         file.sensor.id.clone().unwrap_or_default(),
+        recorded.clone(),
         a.input_unit.name().to_owned(),
     ];
     let sums = file.inputs.iter().filter_map(|i| i.sha256.as_deref());
@@ -195,10 +202,7 @@ fn outcome(file: &Calibration) -> Outcome {
                 .clone()
                 .or(file.sensor.model.clone())
                 .unwrap_or_default(),
-            recorded: file
-                .recorded
-                .as_ref()
-                .map_or(String::new(), |r| r.time.minute()),
+            recorded,
             grade: Some(verdict.grade),
             error_mps2: r.worst_direction.as_ref().map(|w| w.error_mps2),
             ..Session::default()

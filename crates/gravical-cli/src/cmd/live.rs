@@ -8,8 +8,6 @@ mod web;
 
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
-use std::sync::Arc;
-use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::mpsc::sync_channel;
 
 use gravical::escape::path_word;
@@ -23,8 +21,8 @@ use gravical::targets::check_targets;
 use gravical::{Error, Result};
 
 use crate::cmd::log::{BoardArgs, Existing, LogFile, free_path};
-use crate::failure;
 use crate::options::{GravityArgs, number};
+use crate::{failure, interrupt};
 
 use connect::{Connection, OpenSource};
 use console::{Console, EventLines, Plain};
@@ -100,9 +98,7 @@ pub fn run(args: &Args) -> anyhow::Result<ExitCode> {
         return Err(error.with_hint("a board sets its own pace: --rate").into());
     }
     args.check_targets()?;
-    let interrupted = Arc::new(AtomicBool::new(false));
-    let flag = Arc::clone(&interrupted);
-    ctrlc::set_handler(move || flag.store(true, Ordering::SeqCst))?;
+    let interrupted = interrupt::flag();
     let mut args = args.clone();
     let journal = args.journal()?;
     args.folder = args.session_folder()?;

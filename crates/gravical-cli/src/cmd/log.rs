@@ -8,8 +8,7 @@ mod reporter;
 use std::collections::BTreeSet;
 use std::path::PathBuf;
 use std::process::ExitCode;
-use std::sync::Arc;
-use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::atomic::Ordering;
 
 use gravical::Result;
 use gravical::escape::shell_word;
@@ -31,8 +30,8 @@ use host::Ended;
 use keys::Keys;
 use reporter::Reporter;
 
-use crate::failure;
 use crate::options::number;
+use crate::{failure, interrupt};
 
 /// At the end a file up to this length is inspected, bytes.
 const MAX_INSPECTED: u64 = 100_000_000;
@@ -127,9 +126,7 @@ impl Args {
 /// Runs the command.
 pub fn run(args: &Args) -> anyhow::Result<ExitCode> {
     let mut reporter = Reporter::new(args.json, args.quiet);
-    let interrupted = Arc::new(AtomicBool::new(false));
-    let flag = Arc::clone(&interrupted);
-    ctrlc::set_handler(move || flag.store(true, Ordering::SeqCst))?;
+    let interrupted = interrupt::flag();
     args.board.wanted.validate()?;
     // Before the port, whose opening resets the board.
     let file = LogFile::open(&args.file(), args.existing)?;

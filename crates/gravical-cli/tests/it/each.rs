@@ -218,3 +218,39 @@ fn what_cannot_be_done_is_said_before_the_work() {
         assert!([2, 3].contains(&run.code), "{line}");
     }
 }
+
+#[test]
+#[cfg(unix)]
+fn lines_are_in_the_order_of_names_and_no_link_is_lost_without_a_word() {
+    let folder = fleet(3);
+    let at = folder.path();
+    fs::create_dir(at.join("fleet/left")).unwrap();
+    write_six_files(&at.join("fleet/left"), &Sensor::default());
+    std::os::unix::fs::symlink("left", at.join("fleet/right")).unwrap();
+    fs::rename(at.join("fleet/unit-3.csv"), at.join("fleet/u\u{1b}[2J.csv")).unwrap();
+    let line = "calibrate --each fleet --sensor-id folder --summary all.csv --gravity 9.81";
+    let run = ends(at, line, 0);
+    let note = "note: fleet/right is fleet/left, which is read once\n";
+    assert!(run.err.contains(note), "{}", run.err);
+    let names = run
+        .out
+        .lines()
+        .map(|l| l.split_whitespace().nth(1).unwrap());
+    let names: Vec<&str> = names.collect();
+    let u = "fleet/u\\u{1b}[2J.csv";
+    assert_eq!(
+        names,
+        ["fleet/left", u, "fleet/unit-1.csv", "fleet/unit-2.csv"]
+    );
+    let rows = rows(&at.join("all.csv"));
+    assert_eq!((&*rows[0]["sensor_id"], &*rows[1]["path"]), ("left", u));
+    assert!(!rows[0]["reason"].contains(" / "));
+    let alone = calibrate(at, "fleet/left --sensor-id folder --gravity 9.81", 0);
+    assert_eq!(alone["sensor"]["id"], "left");
+    fails(
+        at,
+        "calibrate fleet/unit-1.csv fleet/unit-2.csv --sensor-id folder",
+        2,
+        "sensor-of-several",
+    );
+}

@@ -1,5 +1,7 @@
 //! What is written, and what is never written over.
 
+use std::fs;
+
 use serde_json::Value;
 
 use crate::support::*;
@@ -52,5 +54,20 @@ fn broken_calibrations_are_refused_with_their_place() {
         assert!(run.out.is_empty(), "{text}");
         assert!(run.err.contains(&format!("code: {code}")), "{}", run.err);
         assert!(run.err.contains(place), "{text}: {}", run.err);
+    }
+}
+
+#[test]
+fn parameters_that_no_sensor_has_are_refused() {
+    let folder = demo();
+    let path = folder.path().join("d/calibration.json");
+    let file: Value = serde_json::from_str(&fs::read_to_string(&path).unwrap()).unwrap();
+    for (bias, code) in [(9e3, 0), (1e6, 3)] {
+        let mut file = file.clone();
+        file["accelerometer"]["bias"][1] = bias.into();
+        write(folder.path(), "cal.json", &file.to_string());
+        let run = ends(folder.path(), "export cal.json --to gravical", code);
+        let said = "accelerometer.bias: matrix · bias is ";
+        assert_eq!(run.err.contains(said), code == 3, "{}", run.err);
     }
 }

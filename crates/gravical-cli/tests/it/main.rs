@@ -30,6 +30,8 @@ mod recordings;
 mod reports;
 mod sessions;
 mod shell;
+#[cfg(unix)]
+mod signals;
 mod support;
 mod terminal;
 mod thermal;

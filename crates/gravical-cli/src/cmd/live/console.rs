@@ -11,10 +11,12 @@ use gravical::calibration_file::GravitySource;
 use gravical::escape::{one_line, shown_json};
 use gravical::live::event::{Command, Event, Message, Status};
 use gravical::{Error, Result};
+use gravical_report::document::paragraph;
 
 use super::web::Page;
 use crate::device::ports;
 use crate::outlet::{Outlet, Screen};
+use crate::text;
 
 /// Who shows the events, and what the user wants.
 pub struct Console {
@@ -125,13 +127,13 @@ impl Plain {
             status.noise_mg,
             status.hint.as_ref().unwrap_or(&message.text)
         );
-        if !self.screen.status(&one_line(&line))
+        let line = text::fit_terminal(&one_line(&line));
+        if !self.screen.status(&line)
             && let Some(hint) = &status.hint
             && status.hint != self.last_hint
         {
             // Without a terminal there is no status line; what hinders is said once.
-            let line = format!("{:7.1} s  {hint}", message.t_s);
-            self.screen.line(&one_line(&line));
+            self.line(message.t_s, hint);
         }
         self.last_hint.clone_from(&status.hint);
     }
@@ -149,9 +151,14 @@ impl Plain {
         let first = format!("{mark}{}", message.text);
         let more = details(&message.event).into_iter();
         for line in std::iter::once(first).chain(more.map(|line| format!("  {line}"))) {
-            let line = format!("{:7.1} s  {line}", message.t_s);
-            self.screen.line(&one_line(&line));
+            self.line(message.t_s, &line);
         }
+    }
+
+    /// A paragraph behind its time.
+    fn line(&mut self, t_s: f64, text: &str) {
+        let first = format!("{t_s:7.1} s  ");
+        self.screen.line(&paragraph(&first, text));
     }
 }
 

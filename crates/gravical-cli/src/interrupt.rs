@@ -1,0 +1,60 @@
+//! What a signal does: it ends the program without a file that is half written, or the command that handles it itself.
+
+use std::sync::Arc;
+use std::sync::OnceLock;
+use std::sync::atomic::{AtomicBool, Ordering};
+
+use gravical::output::discard_unfinished;
+
+/// Set by a signal, once a command handles it itself.
+static HANDLED: OnceLock<Arc<AtomicBool>> = OnceLock::new();
+
+/// Handles the signals that end a program: Ctrl-C, termination, and a terminal that closes.
+///
+/// # Errors
+///
+/// The system's.
+pub fn watch() -> anyhow::Result<()> {
+    #[cfg(unix)]
+    {
+        use signal_hook::consts::{SIGHUP, SIGINT, SIGTERM};
+        let ignored = ignored();
+        let is_wanted = |signal: &i32| ignored >> (signal - 1) & 1 == 0;
+        let signals = [SIGINT, SIGTERM, SIGHUP].into_iter().filter(is_wanted);
+        let mut signals = signal_hook::iterator::Signals::new(signals)?;
+        std::thread::spawn(move || {
+            for signal in signals.forever() {
+                end(|| {
+                    // The shell sees which signal it was.
+                    let _ = signal_hook::low_level::emulate_default_handler(signal);
+                });
+            }
+        });
+    }
+    #[cfg(not(unix))]
+    ctrlc::set_handler(|| end(|| std::process::exit(crate::failure::INTERRUPTED.into())))?;
+    Ok(())
+}
+
+fn end(exit: impl FnOnce()) {
+    if let Some(handled) = HANDLED.get() {
+        handled.store(true, Ordering::SeqCst);
+    } else {
+        discard_unfinished();
+        exit();
+    }
+}
+
+/// The signals that were ignored when the program began, as a mask: `nohup` lets it survive its terminal.
+#[cfg(unix)]
+fn ignored() -> u64 {
+    let status = std::fs::read_to_string("/proc/self/status").unwrap_or_default();
+    let mask = status.lines().find_map(|line| line.strip_prefix("SigIgn:"));
+    mask.and_then(|mask| u64::from_str_radix(mask.trim(), 16).ok())
+        .unwrap_or(0)
+}
+
+/// From now on a signal sets this and does not end the program.
+pub fn flag() -> Arc<AtomicBool> {
+    Arc::clone(HANDLED.get_or_init(Arc::default))
+}
