@@ -4,7 +4,7 @@ use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
 use gravical::calibration_file::{Calibration, InputFile, creation_time};
-use gravical::export::{ExportOptions, TARGETS, Target, export, kalibr};
+use gravical::export::{ExportOptions, TARGETS, Target, export, export_noise};
 use gravical::motion::{Motion, MotionTable, OrientationResult};
 use gravical::output::{self, write_atomic};
 use gravical::recording;
@@ -142,7 +142,7 @@ impl Outcome {
         let target = Target::find(to).ok_or_else(unknown)?;
         target.check(options)?;
         let written = match &self.kind {
-            Kind::Noise(result) if target.name == "kalibr" => kalibr(result, options.upper_limit)?,
+            Kind::Noise(result) if target.is_noise() => export_noise(result, target, options)?,
             _ => export(&*self.file()?, target, options)?,
         };
         Ok((written.text, written.notes))

@@ -74,7 +74,10 @@ gravical_recording::errors! {
             "Kalibr wants numbers above zero, but {} of {channel} is not determined", term.symbol()
             => "{}", if upper_limit { MORE_NOISE } else { "record longer (`gravical noise` says how long), or take upper limits" };
         NoiseUnknown { sensor: &'static str } => "Kalibr wants numbers above zero, but the noise of the {sensor} is not known" => "{MORE_NOISE}";
-        NoiseOfCalibration => "imu.yaml of Kalibr holds noise only, and a calibration contains none" => "export the result of `gravical noise`";
+        NoiseOfCalibration { target: &'static str } => "{target} holds noise only, and a calibration contains none" => "export the result of `gravical noise`";
+    "export-target" input:
+        NotDiagonal => "the axes of the sensor are more than 25° from those of its case, or have the other sign, and this target has one scale for each axis"
+            => "export to a target with a full matrix, such as c or ros, or calibrate in the axes of the sensor";
     "export-unit" input:
         NoNominalScale { unit: String } => "this target takes m/s², and the calibration is for {unit} of unknown nominal scale"
             => "calibrate with the range, which gives the counts their nominal scale; or export to c, which takes the counts themselves";
@@ -83,6 +86,7 @@ gravical_recording::errors! {
     "export-option" usage:
         NoOption { target: &'static str } => "means nothing to the target {target}" => "leave it out";
         NoCounts { counts: f64 } => "{counts} counts per unit is no positive number" => "these are of an MPU6050 in the ranges ±2 g and ±250 °/s";
+        CalibrationOfNoise { target: &'static str } => "{target} holds a calibration, and this is the result of noise" => "export a calibration";
     "export-name" usage:
         NoIdentifier { name: String, longest: usize } => "{name} is no identifier"
             => "use letters, digits and single underscores, a letter first, at most {longest}: for example imu_left";

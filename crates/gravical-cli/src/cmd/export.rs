@@ -6,7 +6,7 @@ use std::process::ExitCode;
 use clap::builder::{PossibleValue, PossibleValuesParser};
 use gravical::Error;
 use gravical::calibration_file::Calibration;
-use gravical::export::{ExportOptions, TARGETS, Target, export, kalibr};
+use gravical::export::{ExportOptions, TARGETS, Target, export, export_noise};
 use gravical::noise::read_noise;
 use gravical::output::write_text;
 use gravical::targets::check_targets;
@@ -21,7 +21,7 @@ Examples:
   gravical export cal.json --to c -o imu_left.h --name imu_left
   gravical export cal.json --to ros2 -o imu.yaml")]
 pub struct Args {
-    /// Calibration, of gravical or imucal; for kalibr the result of noise
+    /// Calibration, of gravical or imucal; for kalibr and ros-noise the result of noise
     #[arg(value_name = "CAL")]
     calibration: Option<PathBuf>,
     /// File to write [default: stdout]
@@ -64,8 +64,8 @@ pub fn run(args: &Args) -> anyhow::Result<ExitCode> {
     let targets = output.map(std::slice::from_ref).unwrap_or_default();
     check_targets(targets, std::slice::from_ref(calibration), args.force)?;
     target.check(&args.options)?;
-    let written = if target.name == "kalibr" {
-        kalibr(&read_noise(calibration)?, args.options.upper_limit)?
+    let written = if target.is_noise() {
+        export_noise(&read_noise(calibration)?, target, &args.options)?
     } else {
         export(&Calibration::read(calibration)?, target, &args.options)?
     };

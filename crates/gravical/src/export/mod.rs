@@ -5,7 +5,8 @@
 //! `templates/` and a row of [`TARGETS`]. What it cannot hold is in the notes of the result and in
 //! a comment of its text, never silently dropped.
 
-mod kalibr;
+mod diagonal;
+mod noise;
 mod sensor;
 mod template;
 
@@ -18,8 +19,9 @@ use crate::recording::units::AccelUnit;
 use gravical_core::unit::STANDARD_GRAVITY_MPS2;
 use serde::Deserialize;
 
-pub use kalibr::kalibr;
+pub use noise::export_noise;
 
+use diagonal::fit_diagonal;
 use sensor::Sensor;
 use template::{Values, fill_template, nine_digits};
 
@@ -45,15 +47,17 @@ enum Form {
     Nominal(&'static str, Option<&'static str>),
     /// A text of its own.
     Text(fn(&Calibration) -> Result<String>),
-    /// Noise, which no calibration holds.
-    Noise,
+    /// A template for an offset and a scale of each axis, SI units; and what to do without the id of the sensor.
+    Axes(&'static str, &'static str),
+    /// A template for noise, which no calibration holds.
+    Noise(&'static str),
 }
 
-use Form::{Noise, Nominal, Recorded, Sketch, Text};
+use Form::{Axes, Noise, Nominal, Recorded, Sketch, Text};
 
 /// All targets, one a row.
 #[rustfmt::skip]
-pub static TARGETS: [Target; 9] = [
+pub static TARGETS: [Target; 13] = [
     Target { name: "c", options: &["name"], form: Recorded(include_str!("templates/c.h.in")),
         holds: "header for C99 and C++: accelerometer and gyroscope in full, float" },
     Target { name: "arduino", options: &["name", "counts_per_g", "counts_per_deg_s"], form: Sketch(include_str!("templates/arduino.h.in")),
@@ -66,7 +70,15 @@ pub static TARGETS: [Target; 9] = [
         holds: "YAML of imu_calib (ROS 1 and 2): accelerometer in full, no gyroscope" },
     Target { name: "ros2", options: &["name"], form: Nominal(include_str!("templates/ros2.yaml.in"), None),
         holds: "parameters of a ROS 2 node, SI units: accelerometer and gyroscope in full" },
-    Target { name: "kalibr", options: &["upper_limit"], form: Noise,
+    Target { name: "fusion", options: &["name"], form: Recorded(include_str!("templates/fusion.h.in")),
+        holds: "header for Fusion of x-io: accelerometer in full, gyroscope without its g-sensitivity, float" },
+    Target { name: "px4", options: &["device_id"], form: Axes(include_str!("templates/px4.params.in"), "PX4 ignores these values unless CAL_ACC0_ID is the id of this sensor. Give this device id (the vehicle shows it in `sensor_accel`), or calibrate the vehicle once, so that it sets CAL_ACC0_ID, and load this file then."),
+        holds: "parameters of PX4: offset and scale of each axis; no cross-axis terms, no gyroscope" },
+    Target { name: "ardupilot", options: &["device_id"], form: Axes(include_str!("templates/ardupilot.param.in"), "ArduPilot counts the accelerometer as calibrated only while INS_ACC_ID is the id of this sensor, and refuses to arm otherwise. Give this device id (parameter INS_ACC_ID of the running vehicle), or calibrate the vehicle once and load this file then."),
+        holds: "parameters of ArduPilot: offset and scale of each axis; no cross-axis terms, no gyroscope" },
+    Target { name: "ros-noise", options: &["upper_limit"], form: Noise(include_str!("templates/ros-noise.yaml.in")),
+        holds: "covariances of sensor_msgs/Imu: white noise of both sensors, of the result of noise" },
+    Target { name: "kalibr", options: &["upper_limit"], form: Noise(include_str!("templates/kalibr.yaml.in")),
         holds: "imu.yaml: noise density and random walk, of the result of noise" },
     Target { name: "imucal", options: &[], form: Text(to_imucal),
         holds: "JSON of the Python library imucal, format 2.0: accelerometer and gyroscope in full, no uncertainty" },
@@ -82,13 +94,16 @@ pub struct ExportOptions {
     /// Name in the code [default: gravical]
     #[cfg_attr(feature = "clap", arg(long, value_name = "NAME"))]
     pub name: Option<String>,
+    /// The autopilot's id of this sensor (px4, ardupilot)
+    #[cfg_attr(feature = "clap", arg(long, value_name = "ID"))]
+    pub device_id: Option<u32>,
     /// Counts per g of the sketch (arduino)
     #[cfg_attr(feature = "clap", arg(long, value_name = "N"))]
     pub counts_per_g: Option<f64>,
     /// Counts per °/s of the sketch (arduino)
     #[cfg_attr(feature = "clap", arg(long, value_name = "N"))]
     pub counts_per_deg_s: Option<f64>,
-    /// Upper limits for what is not determined (kalibr)
+    /// Upper limits for what is not determined (kalibr, ros-noise)
     #[cfg_attr(feature = "clap", arg(long))]
     pub upper_limit: bool,
 }
@@ -108,6 +123,11 @@ impl Target {
         TARGETS.iter().find(|t| t.name == name)
     }
 
+    /// It is written of the result of `noise`, not of a calibration.
+    pub fn is_noise(&self) -> bool {
+        matches!(self.form, Noise(_))
+    }
+
     /// Refuses options that mean nothing to this target, and values that it cannot use.
     ///
     /// # Errors
@@ -116,6 +136,7 @@ impl Target {
     pub fn check(&self, options: &ExportOptions) -> Result<()> {
         let given = [
             ("name", options.name.is_some()),
+            ("device_id", options.device_id.is_some()),
             ("counts_per_g", options.counts_per_g.is_some()),
             ("counts_per_deg_s", options.counts_per_deg_s.is_some()),
             ("upper_limit", options.upper_limit),
@@ -166,7 +187,8 @@ fn check_name(name: &str) -> Result<()> {
 /// `export-option` (usage) for an option that the target does not take, `export-name` (usage) for
 /// a name that is no identifier; `export-unit` (input) where the target takes m/s² and the nominal
 /// scale of the counts is unknown, or where it is clearly another than the options say;
-/// `noise-unknown` (input) for `kalibr`; `calibration-values` (input) as
+/// `export-target` (input) where the axes of the sensor are not those of the target; `noise-unknown` (input) for a
+/// target of noise; `calibration-values` (input) as
 /// [`Calibration::to_json`].
 pub fn export(file: &Calibration, target: &Target, options: &ExportOptions) -> Result<Export> {
     target.check(options)?;
@@ -184,10 +206,25 @@ pub fn export(file: &Calibration, target: &Target, options: &ExportOptions) -> R
             let text = shown_json(&write(file)?).into_owned();
             return Ok(Export { text, notes });
         }
-        Noise => {
-            return Err(Problem::NoiseOfCalibration.error());
+        Noise(_) => {
+            let target = target.name;
+            return Err(Problem::NoiseOfCalibration { target }.error());
         }
-        Recorded(template) => template,
+        Axes(template, _) => {
+            accelerometer.take_nominal()?;
+            if gyroscope.take().is_some() {
+                notes.push(
+                    "Without the gyroscope: the autopilot measures its bias itself.".to_owned(),
+                );
+            }
+            template
+        }
+        Recorded(template) => {
+            if target.name == "fusion" && gyroscope.as_ref().is_some_and(Sensor::is_coupled) {
+                notes.push("Without the g-sensitivity of the gyroscope.".to_owned());
+            }
+            template
+        }
         Sketch(template) => {
             let mut are_counts = accelerometer.take_sketch(options.counts_per_g)?;
             if let Some(gyroscope) = &mut gyroscope {
@@ -213,6 +250,19 @@ pub fn export(file: &Calibration, target: &Target, options: &ExportOptions) -> R
         }
     };
     let mut values = Values::new(nine_digits);
+    if let Axes(_, without_id) = target.form {
+        let fitted = fit_diagonal(&accelerometer)?;
+        values.vector("scale", &fitted.scale);
+        notes.push(fitted.loss);
+        if fitted.is_turned {
+            notes.push("The calibration turns the sensor's axes; these values are for the axes of the sensor. Set the orientation of the sensor in the autopilot, too.".to_owned());
+        }
+        match options.device_id {
+            // The parameters are signed numbers with the same bits.
+            Some(id) => values.text("device_id", id.cast_signed().to_string()),
+            None => notes.push(without_id.to_owned()),
+        }
+    }
     let is_node = target.name == "ros2";
     let name = if is_node { "imu_apply" } else { "gravical" };
     let name = options.name.as_deref().unwrap_or(name);

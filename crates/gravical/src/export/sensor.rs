@@ -1,6 +1,6 @@
 //! One sensor as templates name it, and the values that all templates share.
 
-use gravical_core::matrix3::{mul, mul_vec, row_norms};
+use gravical_core::matrix3::{mul, mul_vec, row_norms, scale_rows, transpose};
 use gravical_core::unit::{RADIANS_PER_DEGREE, STANDARD_GRAVITY_MPS2};
 
 use super::template::Values;
@@ -146,6 +146,19 @@ impl Sensor {
         Ok(())
     }
 
+    /// Acceleration changes what the gyroscope reads.
+    pub fn is_coupled(&self) -> bool {
+        self.g_sensitivity.iter().flatten().any(|v| *v != 0.0)
+    }
+
+    /// The matrix as misalignment · sensitivity, in g or °/s: columns of length one, and their lengths.
+    fn split_sensitivity(&self) -> (Matrix, [f64; 3]) {
+        let columns = transpose(&self.matrix);
+        let lengths = row_norms(&columns);
+        let misalignment = transpose(&scale_rows(&columns, &lengths.map(f64::recip)));
+        (misalignment, lengths.map(|length| length / self.unit_size))
+    }
+
     /// −matrix · bias: the fourth column of `matrix · raw + column`.
     fn column(&self) -> [f64; 3] {
         mul_vec(&self.matrix, &self.bias).map(|v| -v)
@@ -158,20 +171,33 @@ fn round_counts(counts: f64) -> f64 {
 }
 
 /// What all templates may name. Accelerometer: `S` the matrix, `o` the bias, `p` = S·o, `c` = −S·o.
-/// Gyroscope: `G` the matrix, `b` the bias, `d` = −G·b, `K` the g-sensitivity, `L` = −G·K.
+/// Gyroscope: `G` the matrix, `b` the bias, `d` = −G·b, `K` the g-sensitivity, `L` = −G·K. Of both, for results in g
+/// and °/s: `Ma`, `Mg` the misalignment, `sa`, `sg` the sensitivity.
 pub(super) fn set_values(values: &mut Values, accel: &Sensor, gyro: Option<&Sensor>) {
     set_types(values, accel);
     values.matrix("S", &accel.matrix);
     values.vector("o", &accel.bias);
     values.vector("p", &mul_vec(&accel.matrix, &accel.bias));
     values.vector("c", &accel.column());
+    let (misalignment, sensitivity) = accel.split_sensitivity();
+    values.matrix("Ma", &misalignment);
+    values.vector("sa", &sensitivity);
     if let Some(gyro) = gyro {
-        let is_coupled = gyro.g_sensitivity.iter().flatten().any(|v| *v != 0.0);
-        values.text(if is_coupled { "coupled" } else { "uncoupled" }, "1");
+        values.text(
+            if gyro.is_coupled() {
+                "coupled"
+            } else {
+                "uncoupled"
+            },
+            "1",
+        );
         set_types(values, gyro);
         values.matrix("G", &gyro.matrix);
         values.vector("b", &gyro.bias);
         values.vector("d", &gyro.column());
+        let (misalignment, sensitivity) = gyro.split_sensitivity();
+        values.matrix("Mg", &misalignment);
+        values.vector("sg", &sensitivity);
         values.matrix("K", &gyro.g_sensitivity);
         let coupling = mul(&gyro.matrix, &gyro.g_sensitivity);
         values.matrix("L", &coupling.map(|row| row.map(|v| -v)));

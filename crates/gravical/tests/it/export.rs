@@ -1,6 +1,7 @@
 //! Every exported file, read or compiled and used by its target's own formula, calibrates like the
 //! calibration it was made from: on a thousand random vectors, to 1e-6 of full scale.
 
+mod autopilot;
 #[path = "../../../../tests/support/calibration.rs"]
 mod calibration;
 mod code;
@@ -11,7 +12,7 @@ use std::path::Path;
 use std::process::{Command, Stdio};
 
 use gravical::calibration_file::Calibration;
-use gravical::export::{Export, ExportOptions, TARGETS, Target, export, kalibr};
+use gravical::export::{Export, ExportOptions, TARGETS, Target, export, export_noise};
 use gravical::finding::Advice;
 use gravical::noise::NoiseResult;
 use gravical::recording::{AccelUnit, GyroUnit};
@@ -153,6 +154,12 @@ fn a_target_refuses_options_and_names_that_it_cannot_use() {
     let names = names.map(|name| ("c", named(name), "export-name"));
     let others = [
         ("ros", named("imu"), "export-option"),
+        (
+            "c",
+            options_with(|o| o.device_id = Some(1)),
+            "export-option",
+        ),
+        ("ros-noise", ExportOptions::default(), "noise-unknown"),
         ("kalibr", ExportOptions::default(), "noise-unknown"),
     ];
     let scales = [0.0, -1.0, f64::NAN].into_iter().flat_map(|bad| {
@@ -175,8 +182,8 @@ fn counts_of_unknown_scale_go_only_where_counts_are_taken() {
         let result = export(&file, target, &ExportOptions::default());
         let code = result.as_ref().err().map(|e| e.code());
         let wanted = match target.name {
-            "ros" | "ros2" => Some("export-unit"),
-            "kalibr" => Some("noise-unknown"),
+            "ros" | "ros2" | "px4" | "ardupilot" => Some("export-unit"),
+            "kalibr" | "ros-noise" => Some("noise-unknown"),
             _ => None,
         };
         assert_eq!(code, wanted, "{}", target.name);
@@ -194,6 +201,8 @@ fn what_a_target_cannot_hold_is_said_and_a_text_from_outside_stays_in_its_commen
         let said = result.notes.join(" ");
         let loses = target.holds.contains("no gyroscope");
         assert_eq!(loses, said.contains("Without the gyroscope"));
+        let loses = target.holds.contains("no cross-axis terms");
+        assert_eq!(loses, said.contains("mg rms"), "{said}");
         if target.name != "gravical" {
             let text = result.text;
             assert!(!text.contains("*/ int") && !text.contains("\nimport os\n"));
@@ -218,6 +227,16 @@ fn kalibr_reads_every_key_and_what_is_unknown_is_refused_or_a_limit() {
             "segments": 1, "channels": channels, "findings": [] });
         serde_json::from_value(noise).unwrap()
     };
+    let written = |noise: &NoiseResult, target: &str, upper_limit: bool| {
+        let options = options_with(|o| o.upper_limit = upper_limit);
+        export_noise(noise, Target::find(target).unwrap(), &options)
+    };
+    let kalibr = |noise: &NoiseResult, upper_limit| written(noise, "kalibr", upper_limit);
+    // The random walk is not asked for; the variance of white noise is N² times the rate of 100 Hz.
+    let ros = written(&section(None), "ros-noise", false).unwrap().text;
+    let accel = "\nlinear_acceleration_covariance: [1.00000000e-4, 0.0, 0.0, 0.0, 4.00000000e-4, 0.0, 0.0, 0.0, 9.00000000e-4]\n";
+    let gyro = "\nangular_velocity_covariance: [1.60000000e-3, 0.0,";
+    assert!(ros.contains(accel) && ros.contains(gyro), "{ros}");
     let text = kalibr(&section(Some(1e-5)), false).unwrap().text;
     let keys = text.lines().filter(|l| !l.starts_with('#'));
     let keys: Vec<&str> = keys.map(|l| l.split("  #").next().unwrap()).collect();
@@ -237,4 +256,20 @@ gyroscope_random_walk: 1.0000e-5";
     let mut without_gyro = section(Some(1e-5));
     without_gyro.channels.truncate(3);
     assert!(kalibr(&without_gyro, true).is_err());
+}
+
+#[test]
+fn every_target_is_in_the_docs() {
+    let docs = include_str!("../../../../docs/exports.md");
+    let (_, table) = docs.split_once("\n## Targets\n").unwrap();
+    let (table, rest) = table.split_once("\n## ").unwrap();
+    for target in &TARGETS {
+        let row = format!("\n| `{}` | ", target.name);
+        assert!(table.contains(&row), "docs/exports.md forgets {row}");
+        // What is a file of gravical or imucal is read by them.
+        let is_read = ["gravical", "imucal"].contains(&target.name);
+        assert!(is_read || rest.contains(&row), "how to load {row}");
+    }
+    let rows = table.lines().filter(|l| l.starts_with("| `"));
+    assert_eq!(rows.count(), TARGETS.len(), "a target that is not there");
 }

@@ -105,6 +105,51 @@ fn c_and_arduino_compile_and_calibrate_alike() {
     assert_eq!(refused.code(), "export-unit");
 }
 
+/// The types of Fusion and its model of an inertial sensor: misalignment · ((raw − offset) ∘ sensitivity).
+const FUSION_H: &str = "\
+typedef union { float array[3]; struct { float x, y, z; } axis; } FusionVector;
+typedef union { float array[3][3]; } FusionMatrix;
+static void calibrate(const float r[3], FusionMatrix m, FusionVector s, FusionVector o, float unit, float out[3]) {
+ for (int i = 0; i < 3; i++) { out[i] = 0.0f; for (int j = 0; j < 3; j++)
+  out[i] += unit * m.array[i][j] * (r[j] - o.array[j]) * s.array[j]; }
+}
+";
+
+#[test]
+fn fusion_calibrates_alike_in_g_and_degrees() {
+    for mut file in [in_counts(), in_g()] {
+        let coupled = written(&file, "fusion").notes;
+        assert_eq!(coupled, ["Without the g-sensitivity of the gyroscope."]);
+        file.gyroscope.as_mut().unwrap().g_sensitivity = [[0.0; 3]; 3];
+        let header = written(&file, "fusion");
+        assert!(header.notes.is_empty());
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path();
+        save(path, "Fusion.h", FUSION_H);
+        save(path, "cal.h", &header.text);
+        let call = |name: &str, raw: &str, unit: f64, out: &str| {
+            let of = ["misalignment", "sensitivity", "offset"]
+                .map(|part| format!("gravical_{name}_{part}"))
+                .join(", ");
+            format!("calibrate({raw}, {of}, {unit:.9}f, {out});")
+        };
+        let calls =
+            call("accelerometer", "r", G, "a") + &call("gyroscope", "g", 1f64.to_radians(), "w");
+        let main = main_c("#include \"cal.h\"", ["float"; 2], &calls);
+        save(path, "main.c", &main);
+        let args = "-Wall -Wextra -Werror -std=c99 -I. -o main main.c";
+        let args: Vec<&str> = args.split(' ').collect();
+        if output("gcc", &args, path, "").is_some() {
+            let counts = file.accelerometer.input_unit == AccelUnit::Counts;
+            agrees(
+                &file,
+                if counts { [32000.0; 2] } else { [4.0, 500.0] },
+                path,
+            );
+        }
+    }
+}
+
 const MAIN_RS: &str = r#"mod cal;
 use std::io::Read;
 fn main() {
