@@ -99,10 +99,10 @@ def test_the_version_is_that_of_the_crate(root: Path) -> None:
 
 def test_a_wrong_keyword_says_what_is_accepted(line: gravical.Recording) -> None:
     for call, accepted in (
-        (lambda: gravical.read("x.csv", acel_unit="g"), "accel_unit"),
-        (lambda: gravical.motion(line, procedur="report"), "procedure"),
+        (lambda: gravical.read("x.csv", acel_unit="g"), "accel_unit"),  # type: ignore[call-arg]
+        (lambda: gravical.motion(line, procedur="report"), "procedure"),  # type: ignore[call-arg]
         (lambda: gravical.simulate("line", free=8), "distance"),
-        (lambda: gravical.calibrate(line, methd="joint"), "method"),
+        (lambda: gravical.calibrate(line, methd="joint"), "method"),  # type: ignore[call-arg]
     ):
         with pytest.raises(TypeError, match=f"unexpected keyword argument.*{accepted}"):
             call()

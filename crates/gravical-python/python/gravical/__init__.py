@@ -17,7 +17,7 @@ from __future__ import annotations
 
 import os
 import tempfile
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from . import _gravical
 from ._arguments import Path, keywords
@@ -26,6 +26,11 @@ from ._gravical import __version__
 from ._recording import Recording, read, session_of
 from ._result import Calibration, ExportWarning, Figure, Groups, Record, Result
 from ._result import calibration_of, parsed
+
+if TYPE_CHECKING:
+    from typing_extensions import Unpack
+
+    from . import _types
 
 __all__ = [
     "Calibration", "Error", "ExistsError", "ExportWarning", "Figure", "InputError", "MachineError",
@@ -51,7 +56,7 @@ _ORIENTATION: Groups = (
 def _run(
     verb: str,
     session: Any,
-    options: dict[str, Any],
+    options: Any,
     *calibrations: Any,
     target: tuple[Path, bool] | None = None,
 ) -> Any:
@@ -60,18 +65,18 @@ def _run(
     return _gravical.run(verb, sources, named, target, keywords(options))
 
 
-def inspect(recording: Any, **options: Any) -> Result:
+def inspect(recording: Any, **options: Unpack[_types.InspectOptions]) -> Result:
     """Show what is in a recording: columns, units, rate, defects, rests. Its keywords are ``axes``, as
     of :func:`gravical.calibrate`, and those of :func:`gravical.read`."""
     return Result._of(_run("inspect", recording, options))
 
 
-def calibrate(session: Any, **options: Any) -> Calibration:
+def calibrate(session: Any, **options: Unpack[_types.CalibrateOptions]) -> Calibration:
     """Calibrate a sensor from recordings of static poses. A result that cannot be trusted is no
     exception: its verdict is ``"poor"``.
 
     - ``session``: the recordings of one session: files, a folder, :class:`Recording` objects, data
-      frames, or one continuous recording in which the poses are found. A mapping from the name of a
+      frames, arrays of shape (n, 3), or (n, 6) with a gyroscope, and their ``rate``; or one continuous recording in which the poses are found. A mapping from the name of a
       pose (``"+x"``, ``"-x"`` …) to a recording, table or array of shape (n, 3) names the poses.
     - ``gravity``, m/s², or ``latitude``, °, and ``altitude``, m; by default 9.80665 ± 0.15 %.
     - ``method``: ``"joint"`` (face and free poses in one fit that allows for tilted faces) or
@@ -99,7 +104,7 @@ def apply(
     *,
     output: Path | None = None,
     force: bool = False,
-    **options: Any,
+    **options: Unpack[_types.ApplyOptions],
 ) -> Result:
     """Apply a calibration (a Calibration, path, or object of imucal) to a recording, whose unit and
     range are checked (``unit-mismatch``). The arrays of the result are ``t``, ``accel``, ``gyro``.
@@ -114,7 +119,7 @@ def apply(
     return Result._of(done, (("t", 1), ("accel", 3), ("gyro", 3)))
 
 
-def denoise(recording: Any, filter: Any, **options: Any) -> Result:
+def denoise(recording: Any, filter: Any, **options: Unpack[_types.DenoiseOptions]) -> Result:
     """Filter a recording and report the effect on its noise: ``recording`` of the result. Breaks, gaps
     and empty cells are respected; uneven time stamps are refused (``uneven-stamps``).
 
@@ -126,14 +131,14 @@ def denoise(recording: Any, filter: Any, **options: Any) -> Result:
     return Result._of(done, recording=Recording(done.recording()))
 
 
-def noise(recording: Any, **options: Any) -> Result:
+def noise(recording: Any, **options: Unpack[_types.NoiseOptions]) -> Result:
     """Determine the noise of a sensor (Allan deviation) from a recording in which it lies still for
     ten seconds (else ``not-at-rest``); what moves is left out. Keywords are those of
     :func:`gravical.read`."""
     return Result._of(_run("noise", recording, options))
 
 
-def check(calibration: Any, session: Any, **options: Any) -> Result:
+def check(calibration: Any, session: Any, **options: Unpack[_types.CheckOptions]) -> Result:
     """Test whether a calibration still fits new recordings at rest, of which one in any pose is enough.
 
     Its keywords are ``gravity``, ``latitude``, ``altitude`` (by default that of the calibration) and
@@ -153,7 +158,7 @@ def compare(first: Any, second: Any) -> Result:
     return Result._of(_gravical.run("compare", [], pair, None, keywords({})))
 
 
-def motion(recording: Any, calibration: Any = None, **options: Any) -> Result:
+def motion(recording: Any, calibration: Any = None, **options: Unpack[_types.MotionOptions]) -> Result:
     """Compute velocity and position with error bands.
 
     The result has the arrays of :class:`Result`; its ``verdict.judgement`` is ``"usable"``,
@@ -171,7 +176,7 @@ def motion(recording: Any, calibration: Any = None, **options: Any) -> Result:
     return Result._of(_run("motion", recording, options, *given), _MOTION)
 
 
-def orient(recording: Any, calibration: Any = None, **options: Any) -> Result:
+def orient(recording: Any, calibration: Any = None, **options: Unpack[_types.OrientOptions]) -> Result:
     """Compute the orientation with its uncertainty: ``verdict.judgement`` is ``"known"``,
     ``"partly-known"`` or ``"not-known"``. Heading is relative to the start.
 
@@ -183,7 +188,7 @@ def orient(recording: Any, calibration: Any = None, **options: Any) -> Result:
 
 
 def simulate(
-    scenario: str, *, output: Path | None = None, force: bool = False, **options: Any
+    scenario: str, *, output: Path | None = None, force: bool = False, **options: Unpack[_types.SimulateOptions]
 ) -> Result:
     """Simulate recordings of an MPU6050 with known true errors. The result is the truth, ``truth.json``
     of the program; ``recordings`` has the names of the files.
@@ -198,6 +203,10 @@ def simulate(
         truth, paths = _gravical.simulate(str(scenario), target, force, keywords(options))
         named = [(os.path.basename(path), path) for path in paths[:-1]]
         recordings = {name: read(path, name=name) for name, path in named}
+    if output is None:
+        for recording in recordings.values():
+            # Its file is gone.
+            recording._source = None
     kept = [] if output is None else [str(path) for path in paths]
     summary = f"simulated: {', '.join(recordings)}"
     return Result(parsed(truth), recordings=recordings, paths=kept, _summary=summary)
@@ -206,3 +215,7 @@ def simulate(
 def export_targets() -> dict[str, str]:
     """The targets of :meth:`Result.export`, each with what it holds."""
     return dict(_gravical.export_targets())
+
+
+def __dir__() -> list[str]:
+    return __all__

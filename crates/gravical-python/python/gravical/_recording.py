@@ -2,15 +2,21 @@
 
 from __future__ import annotations
 
+import os
 from collections.abc import Mapping
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from . import _gravical
 from ._arguments import Floats, is_path, is_table, keywords, table_columns, vectors
 from ._errors import UsageError
-from ._result import Record, parsed
+from ._result import Record, axes_of, parsed
+
+if TYPE_CHECKING:
+    from typing_extensions import Unpack
+
+    from . import _types
 
 CHANNELS = ("t", "ax", "ay", "az", "gx", "gy", "gz", "temperature")
 
@@ -55,11 +61,11 @@ class Recording:
     #: What is odd, with the lines: ``kind``, ``severity``, ``message``, ``lines``, ``count``.
     findings: list[Record]
 
-    def __init__(self, native: Any) -> None:
+    def __init__(self, native: Any, source: Any = None) -> None:
         if not isinstance(native, _gravical.Recording):
             hint = "use gravical.read(path) or Recording.from_arrays(t=…, accel=…)"
             raise UsageError("a recording is not made of this", hint=hint)
-        self._native = native
+        self._native, self._source = native, source
         vars(self).update(dict.fromkeys(CHANNELS), **self.columns, **parsed(native.facts()))
 
     @classmethod
@@ -72,7 +78,7 @@ class Recording:
         temperature: Any = None,
         labels: Any = None,
         name: str = "recording",
-        **reading: Any,
+        **reading: Unpack[_types.SamplesOptions],
     ) -> Recording:
         """A recording of samples in memory.
 
@@ -96,6 +102,26 @@ class Recording:
         columns.update(temperature_c=temperature, label=labels)
         given = {name: values for name, values in columns.items() if values is not None}
         return read(given, name=name, **reading)
+
+    def __reduce__(self) -> tuple[Any, ...]:
+        """A pickle holds the path of the file, and how it is read; there it is read again."""
+        if self._source is None:
+            hint = "save its data, or give the path of its file"
+            raise UsageError("a recording in memory has no path to be pickled by", hint=hint)
+        return _read_again, self._source
+
+    def __dir__(self) -> list[str]:
+        return [name for name in super().__dir__() if name.startswith("__") or name[0] != "_"]
+
+    def plot(self, ax: Any = None) -> Any:
+        """Draw the accelerometer on axes of matplotlib; returns them."""
+        ax = axes_of(ax)
+        at = np.arange(self.rows) if self.t is None else self.t
+        for name in ("ax", "ay", "az"):
+            ax.plot(at, getattr(self, name), label=name, linewidth=0.8)
+        ax.set(xlabel="row" if self.t is None else "time (s)", ylabel=self.accel_unit)
+        ax.legend()
+        return ax
 
     @property
     def columns(self) -> dict[str, Floats]:
@@ -138,12 +164,18 @@ class Recording:
         return f"<Recording {self.name!r}: {self.rows} rows{rate}, {self.accel_unit}{gyro}>"
 
 
-def read(source: Any, *, name: str | None = None, **reading: Any) -> Recording:
+def _read_again(path: str, name: str | None, reading: Any) -> Recording:
+    return read(path, name=name, **reading)
+
+
+def read(
+    source: Any, *, name: str | None = None, **options: Unpack[_types.ReadOptions]
+) -> Recording:
     """Read a recording. All keywords are optional: by default the file says it itself.
 
     - ``source``: path of text or CSV in any of the formats that the program reads, plain or ``.gz``,
-      or of a ``.cwa``; the content of such a file; or a table in memory: a data frame of pandas or
-      polars, or a mapping from names to arrays. Its columns are recognised as those of a file;
+      or of a ``.cwa``; the content of such a file; an array of shape (n, 3), or (n, 6) with a gyroscope;
+      or a table in memory: a data frame of pandas or polars, or a mapping from names to arrays. Its columns are recognised as those of a file;
       dates, integers and columns of texts with the labels of poses are understood.
     - ``name`` in messages.
     - ``gyro``: path of the gyroscope in a second file, joined by time.
@@ -162,18 +194,21 @@ def read(source: Any, *, name: str | None = None, **reading: Any) -> Recording:
     """
     if name is not None and not isinstance(name, str):
         raise UsageError(f"name=: a {type(name).__name__} is no text")
+    reading: dict[str, Any] = {**options}
+    again = None
     if isinstance(source, Recording):
         if name is None and not reading:
             return source
         source = [source._native]
     elif is_path(source):
+        again = os.path.abspath(source), os.fspath(source) if name is None else name, reading
         source = [source]
     else:
         if hasattr(source, "read") and not is_table(source):
             source, name = source.read(), name or str(getattr(source, "name", "file"))
         if isinstance(source, (bytes, bytearray, memoryview)):
             source, name = bytes(source), name or "bytes"
-        elif is_table(source):
+        elif is_table(source := _channels(source)):
             names, columns, dated = table_columns(source)
             source, name = (names, columns), name or "table"
             reading = {"time_unit": "s", **reading} if dated else reading
@@ -181,9 +216,19 @@ def read(source: Any, *, name: str | None = None, **reading: Any) -> Recording:
             raise UsageError(
                 f"a {type(source).__name__} is no recording",
                 hint="give a path, a Recording, a data frame, a mapping of columns, "
-                "or arrays through Recording.from_arrays(t=…, accel=…)",
+                "an array of shape (n, 3), or arrays through Recording.from_arrays(t=…, accel=…)",
             )
-    return Recording(_gravical.read(source, name, keywords(reading)))
+    return Recording(_gravical.read(source, name, keywords(reading)), again)
+
+
+def _channels(value: Any) -> Any:
+    """The columns of an array: an accelerometer, and a gyroscope behind it."""
+    if not isinstance(value, np.ndarray):
+        return value
+    if value.ndim == 2 and value.shape[1] == 6:
+        accel, gyro = vectors(value[:, :3], "accel"), vectors(value[:, 3:], "gyro")
+        return dict(zip(CHANNELS[1:], [*accel.T, *gyro.T]))
+    return dict(zip(CHANNELS[1:], vectors(value, "accel").T))
 
 
 def session_of(session: Any, options: dict[str, Any]) -> tuple[list[Any], dict[str, Any]]:
@@ -198,11 +243,12 @@ def session_of(session: Any, options: dict[str, Any]) -> tuple[list[Any], dict[s
         raise UsageError("the session is empty", hint="give the recordings of the sensor at rest")
     if all(name is None and is_path(one) for name, one in parts):
         return [one for _, one in parts], options
-    reading: dict[str, Any] = {}
+    reading: Any = {}
     if not all(isinstance(one, Recording) for _, one in parts):
         reading = {key: options[key] for key in _gravical.READING if key in options}
+    none: Any = {}
     sources = [
-        read(one, name=name, **({} if isinstance(one, Recording) else reading))._native
+        read(one, name=name, **(none if isinstance(one, Recording) else reading))._native
         for name, one in parts
     ]
     return sources, {key: value for key, value in options.items() if key not in reading}
@@ -218,7 +264,7 @@ def _is_columns(mapping: Mapping[Any, Any]) -> bool:
 
 
 def _pose(name: str, value: Any) -> Any:
-    """A recording; an array of shape (n, 3) is the accelerometer alone."""
-    if isinstance(value, (np.ndarray, list)):
+    """A recording; a list of rows is the accelerometer alone."""
+    if isinstance(value, list):
         return dict(zip(("ax", "ay", "az"), vectors(value, name).T))
     return value

@@ -21,6 +21,10 @@ if TYPE_CHECKING:
     from typing_extensions import Self
 
 
+#: Methods of a dictionary that a record refuses.
+_CHANGES = ("clear", "pop", "popitem", "setdefault", "update")
+
+
 class Record(dict[str, Any]):
     """A dictionary that cannot be changed, with its items as attributes, too.
 
@@ -37,7 +41,8 @@ class Record(dict[str, Any]):
             raise AttributeError(f"there is no {name!r} here; there are {here}") from None
 
     def __dir__(self) -> list[str]:
-        return [*super().__dir__(), *self]
+        own = [name for name in super().__dir__() if name.startswith("__") or name[0] != "_"]
+        return [name for name in own if name not in _CHANGES] + [*self]
 
     def _refuse(self, *_: Any, **__: Any) -> Any:
         """Refused: a result cannot be changed."""
@@ -136,11 +141,11 @@ class Result(Record):
     def export(
         self, to: str, output: Path | None = None, *, force: bool = False, **options: Any
     ) -> str:
-        """A calibration (noise for ``"kalibr"``) as text in the format of another program, written
+        """A calibration (noise for ``"kalibr"`` and ``"ros-noise"``) as text in the format of another program, written
         to ``output``, too. It states what the target cannot hold, as warnings do
         (:class:`gravical.ExportWarning`); :func:`gravical.export_targets` says what each holds.
 
-        Some targets have options, as of the program: ``name``, ``counts_per_g``,
+        Some targets have options, as of the program: ``name``, ``device_id``, ``counts_per_g``,
         ``counts_per_deg_s``, ``upper_limit``.
         """
         text, notes = self._computed().export(to, keywords(options))
@@ -149,6 +154,32 @@ class Result(Record):
         if output is not None:
             _gravical.write_text(output, text, force)
         return str(text)
+
+    def plot(self, ax: Any = None) -> Any:
+        """Draw the result on axes of matplotlib, and return them: of a motion the position with its 95 %
+        band, of other tables their first vector; of a calibration the error of each pose left out."""
+        if "poses" in self:
+            errors = [pose.get("left_out_error_mps2") for pose in self["poses"]]
+            known = [(i, e / G_MPS2 * 1e3) for i, e in enumerate(errors) if e is not None]
+            ax = axes_of(ax)
+            ax.bar([i for i, _ in known], [e for _, e in known])
+            ax.set(xlabel="pose", ylabel="error of the pose left out (mg)")
+            return ax
+        if self._table is None:
+            raise UsageError("this result has no rows", hint="its figures are in .figures")
+        arrays = vars(self)
+        vectors = (n for n in ("position", "roll_pitch_yaw", "accel", "velocity") if n in arrays)
+        name = next(vectors, "attitude")
+        values, ax = arrays[name], axes_of(ax)
+        at = arrays.get("t", np.arange(len(values)))
+        for axis, column in zip("xyz" if values.shape[1] == 3 else "wxyz", values.T):
+            (line,) = ax.plot(at, column, label=axis, linewidth=0.8)
+            if (band := arrays.get(f"sigma_{name}")) is not None:
+                half = 1.96 * band[:, "xyz".index(axis)]
+                ax.fill_between(at, column - half, column + half, color=line.get_color(), alpha=0.2)
+        ax.set(xlabel="time (s)" if "t" in arrays else "row", ylabel=name.replace("_", " "))
+        ax.legend()
+        return ax
 
     def to_pandas(self) -> Any:
         """The columns as a data frame of pandas, with the names of the program's table."""
@@ -172,14 +203,24 @@ class Result(Record):
     def __repr__(self) -> str:
         return f"<{type(self).__name__}: {self._verdict() or ', '.join(list(self)[:4]) + ' …'}>"
 
-    def _repr_html_(self) -> str:
+    def _in_short(self) -> dict[str, Any]:
+        """What a notebook shows."""
         plain = {k: v for k, v in self.items() if isinstance(v, (str, int, float))}
         if self._verdict():
             reasons = "; ".join(map(str, self["verdict"].get("reasons", ())))
-            plain = {"verdict": f"{self._verdict()}: {reasons}", **plain}
+            return {"verdict": f"{self._verdict()}: {reasons}", **plain}
+        if "row_counts" in self:
+            sensors = {
+                name: self[name]["unit"] for name in ("accelerometer", "gyroscope") if self[name]
+            }
+            rate = (self["timing"] or {}).get("mean_rate_hz")
+            return {**plain, "rate_hz": rate, **sensors, **_worded(self["findings"])}
+        return plain
+
+    def _repr_html_(self) -> str:
         rows = "".join(
             f"<tr><th>{escape(name)}</th><td>{escape(text)}</td></tr>"
-            for name, value in list(plain.items())[:12]
+            for name, value in list(self._in_short().items())[:16]
             for text in [f"{value:.6g}" if isinstance(value, float) else str(value)]
         )
         # An image cannot disturb the page around it.
@@ -192,6 +233,27 @@ class Result(Record):
 
     def __reduce__(self) -> tuple[Any, ...]:
         return partial(type(self), table=self._table, _summary=str(self)), (dict(self),)
+
+
+#: Standard gravity, m/s².
+G_MPS2 = 9.80665
+
+
+def _worded(findings: Any) -> dict[str, str]:
+    """Findings by their kind."""
+    return {finding["kind"]: finding["message"] for finding in findings}
+
+
+def axes_of(ax: Any) -> Any:
+    """These axes of matplotlib, or new ones."""
+    if ax is not None:
+        return ax
+    try:
+        import matplotlib.pyplot as plt
+    except ImportError:
+        hint = "pip install matplotlib, or save one of .figures"
+        raise UsageError("plot() needs matplotlib", hint=hint) from None
+    return plt.figure().add_subplot()
 
 
 #: Arrays of a table, each with the number of its columns, in their order.
@@ -216,6 +278,30 @@ class Calibration(Result):
     ``calibration.accelerometer.bias``, ``.matrix``, ``.covariance``, ``calibration.gyroscope``,
     ``calibration.verdict.grade`` …
     """
+
+    @property
+    def bias(self) -> Floats:
+        """Bias of the accelerometer, in the unit of the raw values, shape (3,): a new array."""
+        return np.array(self.accelerometer.bias)
+
+    @property
+    def matrix(self) -> Floats:
+        """Its matrix, m/s² per unit of the raw values, shape (3, 3): a new array."""
+        return np.array(self.accelerometer.matrix)
+
+    def _in_short(self) -> dict[str, Any]:
+        sensor, worst = self["accelerometer"], self["reliability"].get("worst_direction")
+        deviations = sensor.get("deviations") or {}
+        unit = sensor["input_unit"]
+        error = {} if worst is None else {"error": f"{worst['error_mps2'] / G_MPS2 * 1e3:.2f} mg"}
+        of = {f"bias ({unit})": "bias", "scale": "scale"}
+        numbers = {
+            f"{title} {axis}": f"{value:.6g}" + ("" if sd is None else f" ± {1.96 * sd:.2g}")
+            for title, key in of.items()
+            for axis, value, sd in zip("xyz", sensor[key], deviations.get(key) or [None] * 3)
+        }
+        reasons = "; ".join(self["verdict"].get("reasons", ()))
+        return {"verdict": f"{self._verdict()}: {reasons}", **error, **numbers}
 
     @classmethod
     def load(cls, path: Path) -> Calibration:
