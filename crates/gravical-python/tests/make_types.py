@@ -15,7 +15,9 @@ from gravical import _gravical
 
 TARGET = Path(__file__).parent.parent / "python/gravical/_types.pyi"
 
-HEAD = '''"""Keywords of the functions, written by tests/make_types.py."""
+SCHEMAS = Path(__file__).parents[3] / "docs"
+
+HEAD = '''"""Keywords of the functions, and the documents of results; written by tests/make_types.py."""
 
 import datetime
 import os
@@ -79,6 +81,49 @@ def _options(title: str, types: dict[str, str]) -> str:
     return f"\nclass {title}Options(TypedDict, total=False):\n{rows}"
 
 
+#: What a written calibration says besides, which its schema leaves out since it is not read.
+READABLE: dict[str, dict[str, str]] = {
+    "CalibrationDocument": {"verdict": "Verdict"},
+    "Accelerometer": {"scale": "list[float]", "orientation": "list[list[float]]", "deviations": "Deviations | None"},
+    "Deviations": dict.fromkeys(("bias", "scale", "axis_angle_deg"), "list[float]"),
+    "Verdict": {"grade": 'Literal["good", "fair", "not-verifiable", "poor"]', "reasons": "list[str]"},
+}
+
+PLAIN = {"number": "float", "integer": "int", "boolean": "bool", "string": "str", "null": "None", "object": "dict[str, Any]"}
+
+
+def _schema_type(schema: dict[str, Any]) -> str:
+    """The type of what a JSON schema describes."""
+    if "$ref" in schema:
+        return str(schema["$ref"]).rsplit("/", 1)[1]
+    if "const" in schema or "enum" in schema:
+        return f"Literal[{', '.join(json.dumps(v) for v in schema.get('enum', [schema.get('const')]))}]"
+    if parts := schema.get("anyOf") or schema.get("oneOf"):
+        return " | ".join(dict.fromkeys(map(_schema_type, parts)))
+    kinds = schema.get("type", [])
+    items = _schema_type(schema["items"]) if isinstance(schema.get("items"), dict) else "Any"
+    names = [kinds] if isinstance(kinds, str) else kinds
+    return " | ".join(f"list[{items}]" if kind == "array" else PLAIN[kind] for kind in names) or "Any"
+
+
+def _documents() -> str:
+    """A class for each object of the files, an alias for what is none."""
+    classes: dict[str, str] = {}
+    for file, title in (("calibration-3", "Calibration"), ("noise-1", "Noise")):
+        schema = json.loads((SCHEMAS / f"gravical-{file}.schema.json").read_text(encoding="utf-8"))
+        for name, of in {**schema["$defs"], f"{title}Document": schema}.items():
+            rows = {key: _schema_type(part) for key, part in of.get("properties", {}).items()}
+            classes[name] = _typed_dict(name, {**rows, **READABLE.get(name, {})})
+            if not rows:
+                classes[name] = f"\n{name} = {_schema_type(of)}\n"
+    classes.update((n, _typed_dict(n, READABLE[n])) for n in ("Deviations", "Verdict"))
+    return "".join(classes.values())
+
+
+def _typed_dict(name: str, rows: dict[str, str]) -> str:
+    return f"\nclass {name}(TypedDict):\n" + "".join(f"    {k}: {v}\n" for k, v in rows.items())
+
+
 def text() -> str:
     """The file."""
     types = {verb: {name: _type(verb, name) for name in _names(verb)} for verb in VERBS}
@@ -86,7 +131,7 @@ def text() -> str:
     types["denoise"].pop("filter")
     types["read"] = types["noise"]
     types["samples"] = {name: kind for name, kind in types["read"].items() if name != "gyro"}
-    return HEAD + "".join(_options(verb.title(), of) for verb, of in types.items())
+    return HEAD + "".join(_options(verb.title(), of) for verb, of in types.items()) + _documents()
 
 
 if __name__ == "__main__":

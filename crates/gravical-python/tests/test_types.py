@@ -11,15 +11,18 @@ import pytest
 
 RIGHT = """import gravical
 cal = gravical.calibrate("session", latitude=48.1, method="ferraris", thermal=["soak.csv"])
+bias: list[float] = cal.document["accelerometer"]["bias"]
+good: bool = cal.document["verdict"]["grade"] == "good"
 gravical.apply(cal, "walk.csv", output="out.csv", output_unit="g", rate=None)
 gravical.motion("line.csv", cal, rests=[(0, 5), (7.2, None)], no_stances=True)
 gravical.simulate("poses", free=8, seed=3, rate=50)
 """
 
-#: A keyword that does not exist, a unit that does not, and a text for a number.
+#: A keyword that does not exist, a unit that does not, a text for a number, and a key that does not exist.
 WRONG = {
     "lattitude": 'gravical.calibrate("session", lattitude=48.1)',
     "gram": 'gravical.read("walk.csv", accel_unit="gram")',
+    "acelerometer": 'gravical.calibrate("session").document["acelerometer"]',
     "100 Hz": 'gravical.noise("rest.csv", rate="100 Hz")',
 }
 

@@ -9,7 +9,7 @@ from base64 import b64encode
 from collections.abc import Mapping
 from functools import partial
 from html import escape
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import TYPE_CHECKING, Any, NamedTuple, cast
 
 import numpy as np
 
@@ -19,6 +19,8 @@ from ._errors import UsageError
 
 if TYPE_CHECKING:
     from typing_extensions import Self
+
+    from . import _types
 
 
 #: Methods of a dictionary that a record refuses.
@@ -278,6 +280,11 @@ class Calibration(Result):
     ``calibration.accelerometer.bias``, ``.matrix``, ``.covariance``, ``calibration.gyroscope``,
     ``calibration.verdict.grade`` …
     """
+
+    @property
+    def document(self) -> _types.CalibrationDocument:
+        """The same, with types for a checker: ``calibration.document["accelerometer"]["bias"]``."""
+        return cast("_types.CalibrationDocument", self)
 
     @property
     def bias(self) -> Floats:

@@ -1,4 +1,4 @@
-"""Keywords of the functions, written by tests/make_types.py."""
+"""Keywords of the functions, and the documents of results; written by tests/make_types.py."""
 
 import datetime
 import os
@@ -187,3 +187,259 @@ class SamplesOptions(TypedDict, total=False):
     sensor: Union[str, int] | None
     time_unit: Literal["s", "ms", "us", "ns", "min", "h", "d"] | None
     zero_offset: float | None
+
+AccelUnit = Literal["m/s^2"] | Literal["g"] | Literal["mg"] | Literal["counts"] | Literal["unknown"]
+
+class Accelerometer(TypedDict):
+    bends: list[float] | None
+    bias: list[float]
+    covariance: Covariance | None
+    input_unit: AccelUnit
+    matrix: list[list[float]]
+    method: Method
+    nominal_scale: float | None
+    scale: list[float]
+    orientation: list[list[float]]
+    deviations: Deviations | None
+
+class Advice(TypedDict):
+    name: str
+    value: str
+
+class Budget(TypedDict):
+    contributions: list[Contribution]
+
+class ChannelDrift(TypedDict):
+    channel: str
+    input_unit: str
+    per_c: float | None
+    r2_cooling_to_warming: float | None
+    r2_warming_to_cooling: float | None
+    reason: str
+    verdict: DriftVerdict
+
+class Contribution(TypedDict):
+    norm_mps2: float | None
+    source: Source
+
+class Covariance(TypedDict):
+    parameters: list[str]
+    values: list[list[float]]
+
+DriftVerdict = Literal["corrected"] | Literal["not-corrected"]
+
+class Explained(TypedDict):
+    difference_mps2: float
+    direction: list[float]
+    probability: float
+
+class Finding(TypedDict):
+    count: int
+    file: str | None
+    gate: bool
+    kind: str
+    lines: list[list[int]]
+    message: str
+    options: list[Advice]
+    severity: Severity
+    values: dict[str, Any]
+
+class FitQuality(TypedDict):
+    chi2_per_freedom: float | None
+    freedom: float
+    model_error_mps2: float
+    oriented: bool
+    prior: bool
+    tilt_degrees_of_freedom: float
+
+GravitySource = Literal["given"] | Literal["latitude"] | Literal["standard"]
+
+GyroMethod = Literal["turns"] | Literal["motion"] | Literal["bias"]
+
+GyroUnit = Literal["rad/s"] | Literal["deg/s"] | Literal["counts"] | Literal["unknown"]
+
+class Gyroscope(TypedDict):
+    bias: list[float]
+    covariance: Covariance | None
+    g_sensitivity: list[list[float]]
+    input_unit: GyroUnit
+    left_out_deg: float | None
+    matrix: list[list[float]]
+    method: GyroMethod
+    motions: MotionCounts | None
+    residual_deg: float | None
+
+class InputFile(TypedDict):
+    path: str
+    role: InputRole
+    sha256: str | None
+
+InputRole = Literal["recording"] | Literal["gyroscope"] | Literal["sections"] | Literal["soak"] | Literal["calibration"] | Literal["noise"] | Literal["other"]
+
+Method = Literal["joint"] | Literal["ferraris"] | Literal["unknown"]
+
+class MotionCounts(TypedDict):
+    left_out: int
+    used: int
+
+class NextPose(TypedDict):
+    direction: list[float]
+    predicted_mps2: float
+    undetected_effect_mps2: float | None
+    worst_mps2: float | None
+
+PoseKind = Literal["face"] | Literal["free"]
+
+class PoseResult(TypedDict):
+    calibrated: list[float]
+    expected: list[float]
+    fitted: bool
+    kind: PoseKind
+    label: str
+    left_out_error_mps2: float | None
+    left_out_sd_mps2: float | None
+    lines: list[int] | None
+    magnitude_error_mps2: float | None
+    raw: list[float]
+    rows: int
+    source: str
+    tilt_deg: float | None
+    tilt_sd_deg: float | None
+
+class PoseTilt(TypedDict):
+    source: TiltSource
+    value: float
+
+class RecordingTime(TypedDict):
+    time: UtcTime
+
+class Reliability(TypedDict):
+    budget: Budget | None
+    explanations: list[Explained]
+    fit: FitQuality | None
+    left_out_rms_mps2: float | None
+    next_poses: list[NextPose]
+    pose_tilt_deg: PoseTilt | None
+    predicted_mps2: float | None
+    undetected: Undetected | None
+    worst_direction: WorstDirection | None
+
+class SensorInfo(TypedDict):
+    id: str | None
+    model: str | None
+
+Severity = Literal["note"] | Literal["warning"]
+
+Source = Literal["noise"] | Literal["quantisation"] | Literal["model-error"] | Literal["nonlinearity"] | Literal["pose-tilt"] | Literal["data-sheet"] | Literal["noise-and-tilt"] | Literal["local-gravity"] | Literal["temperature"]
+
+class TemperatureModel(TypedDict):
+    channels: list[ChannelDrift]
+    range_c: list[float]
+    reference_c: float
+
+class TemperatureRange(TypedDict):
+    max: float
+    mean: float
+    min: float
+
+TiltSource = Literal["given"] | Literal["estimated"] | Literal["assumed"]
+
+class Undetected(TypedDict):
+    direction: list[float]
+    effect_mps2: float
+    pose: int
+    reading_mps2: float
+
+UtcTime = str
+
+class WorstDirection(TypedDict):
+    direction: list[float]
+    error_mps2: float
+    sd_mps2: float
+
+class CalibrationDocument(TypedDict):
+    accelerometer: Accelerometer
+    command: str | None
+    created: str
+    drift: TemperatureModel | None
+    findings: list[Finding]
+    format: str
+    gravity_mps2: float
+    gravity_sd_mps2: float
+    gravity_source: GravitySource
+    gyroscope: Gyroscope | None
+    inputs: list[InputFile]
+    poses: list[PoseResult]
+    recorded: RecordingTime | None
+    reliability: Reliability
+    sensor: SensorInfo
+    temperature_c: TemperatureRange | None
+    tool: str
+    verdict: Verdict
+
+class AllanPoint(TypedDict):
+    edf: float
+    high: float
+    low: float
+    sigma: float
+    tau_s: float
+
+class ChannelNoise(TypedDict):
+    adev: list[AllanPoint]
+    b: Estimate | None
+    channel: str
+    fit: FittedCurve | None
+    k: Estimate | None
+    n: Estimate | None
+    not_observable: list[NotObservable]
+    unit: str
+
+class Drift(TypedDict):
+    change: float
+    during_s: float
+    time_constant_s: float | None
+
+class Estimate(TypedDict):
+    high: float
+    low: float
+    value: float
+
+class FittedCurve(TypedDict):
+    drift: Drift | None
+    from_s: float
+    low_pass_hz: float | None
+    misfit: Misfit | None
+    parameters: list[float]
+
+class Misfit(TypedDict):
+    ratio: float
+    tau_s: float
+
+class NotObservable(TypedDict):
+    at_most: float | None
+    reason: str
+    record_s: float | None
+    term: str
+
+class NoiseDocument(TypedDict):
+    channels: list[ChannelNoise]
+    description: str
+    findings: list[Finding]
+    format: str
+    inputs: list[InputFile]
+    rate_hz: float
+    recorded_s: float
+    segments: int
+    static_intervals: int
+    temperature_c: list[float] | None
+    tool: str
+    used_s: float
+
+class Deviations(TypedDict):
+    bias: list[float]
+    scale: list[float]
+    axis_angle_deg: list[float]
+
+class Verdict(TypedDict):
+    grade: Literal["good", "fair", "not-verifiable", "poor"]
+    reasons: list[str]
