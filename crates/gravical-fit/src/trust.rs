@@ -175,7 +175,9 @@ impl Fit {
         let noise = self.quality.chi2_per_freedom.unwrap_or(0.0);
         let is_many = self.search.poses.len() > MAX_SESSION;
         let is_bad = self.search.poses.iter().any(|pose| pose.bad.is_some());
-        if is_many || (noise < PLAIN_CHI2 && !is_bad) {
+        // Each costs a search, which converges slowly where no model fits.
+        let is_nonsense = self.quality.model_error_mps2 > MAX_EXPLAINED_MPS2;
+        if is_many || is_nonsense || (noise < PLAIN_CHI2 && !is_bad) {
             return Vec::new();
         }
         self.search.explanations(&self.linear.x, order)
@@ -403,6 +405,9 @@ impl Fit {
     }
 }
 
+/// Poses that miss the model by more than this (rms), m/s², no single cause explains: one pose in seven that is
+/// off by 50 mg, or a bias that moved by 20 mg.
+const MAX_EXPLAINED_MPS2: f64 = 0.2;
 /// χ² per degree of freedom, by noise alone, below which a session needs no explanation.
 const PLAIN_CHI2: f64 = 1.5;
 /// Normal quantile of a power of 90 %.
