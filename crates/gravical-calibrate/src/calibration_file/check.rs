@@ -9,11 +9,11 @@ use crate::problem::Problem;
 
 /// Upper limit of all parameters, in any unit.
 const MAX_PARAMETER: f64 = 1e9;
-/// Largest bias of an accelerometer, m/s², zero offset of the counts included: 1,000 g, twenty times the range of
-/// sensors that gravity can calibrate.
-const MAX_BIAS_MPS2: f64 = 1e4;
-/// Largest bias of a gyroscope, rad/s: ten times the range of the fastest.
-const MAX_BIAS_RAD_S: f64 = 1e4;
+/// Largest bias of an accelerometer, m/s², zero offset of the counts included: 10,000 g, beyond any range, and beyond
+/// counts of 16 bits that stand for m/s² where their scale is unknown.
+const MAX_BIAS_MPS2: f64 = 1e5;
+/// Largest bias of a gyroscope, rad/s: a hundred times the range of the fastest.
+const MAX_BIAS_RAD_S: f64 = 1e5;
 /// Lower limit of nonzero factors.
 const MIN_FACTOR: f64 = 1e-12;
 /// Smallest volume spanned by the rows of a matrix, scaled to length one, at which it is not
