@@ -11,7 +11,7 @@ use gravical::escape::{one_line, shown, shown_json};
 use gravical_report::document::{flag, paragraph};
 use serde::Serialize;
 
-use crate::text;
+use crate::{text, words};
 
 /// Exit code when a result failed a quality check.
 pub const QUALITY: u8 = 4;
@@ -92,7 +92,7 @@ impl RenderedError {
 
 /// Also where the command line is not understood.
 fn wants_json() -> bool {
-    std::env::args_os().any(|word| word == "--json")
+    words::all().iter().any(|word| word == "--json")
 }
 
 /// A paragraph on a terminal, a whole line for log files.
@@ -118,8 +118,8 @@ pub fn usage(error: &clap::Error) -> ExitCode {
         return refused.print();
     }
     // A message of clap quotes the words of the user.
-    let is_hostile = |word: OsString| shown(&word.to_string_lossy()) != word.to_string_lossy();
-    if error.use_stderr() && (wants_json() || std::env::args_os().any(is_hostile)) {
+    let is_hostile = |word: &OsString| shown(&word.to_string_lossy()) != word.to_string_lossy();
+    if error.use_stderr() && (wants_json() || words::all().iter().any(is_hostile)) {
         return of_clap(error).print();
     }
     let _ = error.print();

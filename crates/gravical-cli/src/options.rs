@@ -5,7 +5,7 @@ pub use gravical::gravity::GravityOptions as GravityArgs;
 use gravical::recording::ReadOptions;
 use gravical::{Error, Result};
 
-use crate::progress;
+use crate::{progress, words};
 
 /// The options of reading, with progress; `hash`: the files are named in a result.
 pub fn reading(options: &ReadOptions, hash: bool) -> ReadOptions {
@@ -30,7 +30,7 @@ pub fn number(min: f64, max: f64) -> impl Fn(&str) -> Result<f64> + Clone {
 
 /// The command line as typed, with the plain name of the program.
 pub fn command_line() -> String {
-    let words = std::env::args_os().skip(1);
+    let words = words::all().iter().skip(1);
     words.fold("gravical".to_owned(), |line, word| {
         line + " " + &shell_word(&word.to_string_lossy())
     })

@@ -4,6 +4,7 @@
 mod error;
 mod keywords;
 mod outcome;
+mod program;
 mod recording;
 mod task;
 mod verbs;
@@ -15,6 +16,8 @@ use pyo3::prelude::*;
 mod _gravical {
     #[pymodule_export]
     use crate::outcome::{Outcome, export_targets, read_calibration, write_text};
+    #[pymodule_export]
+    use crate::program::program;
     #[pymodule_export]
     use crate::recording::{Recording, read};
     #[pymodule_export]

@@ -9,9 +9,11 @@
 //! under keys of their own and are skipped without. `GRAVICAL_BIN` compares another build.
 #![allow(clippy::unwrap_used, clippy::panic)] // helpers of a test may panic as it does
 
+#[path = "../../../tests/golden/columns.rs"]
 mod columns;
-#[path = "../support/each.rs"]
+#[path = "../../../tests/support/each.rs"]
 mod each;
+#[path = "../../../tests/golden/runs.rs"]
 mod runs;
 
 use std::collections::{BTreeMap, BTreeSet};

@@ -1,0 +1,12 @@
+"""The script `gravical` of the wheel: the program, as `cargo install gravical-cli` installs it."""
+
+import signal
+import sys
+
+from . import _gravical
+
+
+def main() -> None:
+    # Python's handler waits for the interpreter, which waits for the program.
+    signal.signal(signal.SIGINT, signal.SIG_DFL)
+    sys.exit(_gravical.program(["gravical", *sys.argv[1:]]))
