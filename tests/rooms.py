@@ -79,7 +79,7 @@ def circle(found):
 LEFT = {
     "gravical": 164,
     "gravical-calibrate": 88,
-    "gravical-cli": 7,
+    "gravical-cli": 6,
     "gravical-core": 6,
     "gravical-fit": 6,
     "gravical-report": 52,
