@@ -33,5 +33,6 @@ mod shell;
 #[cfg(unix)]
 mod signals;
 mod support;
+#[cfg(unix)]
 mod terminal;
 mod thermal;
