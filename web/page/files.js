@@ -125,7 +125,7 @@ function computedMarkup({ verb, is_busy, began, error, done, files, report }) {
   if (error) return html`<div class="fault mark" data-mark="poor"><p><b>${error.code === "cancelled" ? "Cancelled" : "This cannot be computed"}</b> <span>${error.code !== "cancelled" && error.message}</span></p></div>
     ${remedyMarkup(error)}`;
   const forExport = verb === "calibrate" ? "calibration" : verb === "noise" ? "noise" : null;
-  const targets = forExport && TARGETS.filter(t => (t.name === "kalibr") === (forExport === "noise"));
+  const targets = forExport && TARGETS.filter(t => t.is_noise === (forExport === "noise"));
   return html`<div class="row downloads">
       ${files.map((f, i) => html`<button type="button" data-save="${i}" class="${i === 0 && "primary"}">↓ ${f.name}</button>`)}
       ${targets && html`<label>Export to <select data-export="${forExport}"><option value="">…</option>${targets.map(t => html`<option value="${t.name}" title="${t.holds}">${t.name}</option>`)}</select></label>`}</div>
@@ -196,11 +196,10 @@ async function again() {
   await compute(result?.verb in VERBS ? result.verb : "calibrate");
 }
 
-const EXTENSIONS = { c: "h", arduino: "h", rust: "rs", python: "py", ros: "yaml", ros2: "yaml", kalibr: "yaml", imucal: "json", gravical: "json" };
 async function exportTo(target, kind) {
   const bytes = result.files.find(f => f.name === (kind === "noise" ? "noise.json" : "calibration.json")).bytes;
   const done = await engine.ask({ do: "export", options: { to: target } }, [{ name: "calibration.json", bytes, role: "calibration" }]);
-  save(`${target}-imu.${EXTENSIONS[target] ?? "txt"}`, done.files[0].bytes);
+  save(done.files[0].name, done.files[0].bytes);
   result.done = { ...result.done, result: { ...result.done.result, notes: done.result.notes } };
   updateFiles();
 }

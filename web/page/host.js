@@ -93,7 +93,7 @@ async function filesOfSession(folder) {
   const calibration = made.find(f => f.name === "calibration.json");
   if (calibration) {
     const done = await engine.ask({ do: "export", options: { to: "arduino" } }, [{ ...calibration, role: "calibration" }]);
-    made.push({ name: "gravical_calibration.h", bytes: done.files[0].bytes });
+    made.push(...done.files);
   }
   return [...made, ...files];
 }

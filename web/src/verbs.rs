@@ -10,7 +10,7 @@ use gravical::check::{CheckOptions, check};
 use gravical::compare::compare;
 use gravical::convert::{ConvertOptions, convert_file};
 use gravical::denoise::{DenoiseOptions, denoise, denoise_file};
-use gravical::export::{ExportOptions, TARGETS, Target, export, kalibr};
+use gravical::export::{ExportOptions, TARGETS, Target, export, export_noise};
 use gravical::gravity::{Gravity, GravityOptions};
 use gravical::inspect::inspect;
 use gravical::motion::{Motion, MotionOptions, OrientationJudgement, motion};
@@ -347,8 +347,8 @@ fn exported(asked: &Message<'_>) -> Result<Done> {
     let options: ExportOptions = asked.options()?;
     target.check(&options)?;
     let file = asked.one("calibration")?;
-    let made = if target.name == "kalibr" {
-        kalibr(&read_noise(file.named())?, options.upper_limit)?
+    let made = if target.is_noise() {
+        export_noise(&read_noise(file.named())?, target, &options)?
     } else {
         export(
             &Calibration::read_with_input(file.named())?.0,
@@ -356,7 +356,7 @@ fn exported(asked: &Message<'_>) -> Result<Done> {
             &options,
         )?
     };
-    let files = vec![(target.name.to_owned(), made.text.into_bytes())];
+    let files = vec![(target.file.to_owned(), made.text.into_bytes())];
     Ok(done(&json!({ "notes": made.notes }), false, None, files))
 }
 
@@ -364,6 +364,6 @@ fn exported(asked: &Message<'_>) -> Result<Done> {
 fn targets() -> Value {
     let all = TARGETS
         .iter()
-        .map(|t| json!({ "name": t.name, "holds": t.holds }));
+        .map(|t| json!({ "name": t.name, "holds": t.holds, "is_noise": t.is_noise() }));
     json!({ "result": all.collect::<Vec<_>>() })
 }

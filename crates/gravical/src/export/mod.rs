@@ -29,6 +29,8 @@ use template::{Values, fill_template, nine_digits};
 pub struct Target {
     /// Name in options.
     pub name: &'static str,
+    /// Usual name of the file.
+    pub file: &'static str,
     /// In a line: what it is, what it holds, and what is lost.
     pub holds: &'static str,
     /// Options that it takes.
@@ -58,31 +60,31 @@ use Form::{Axes, Noise, Nominal, Recorded, Sketch, Text};
 /// All targets, one a row.
 #[rustfmt::skip]
 pub static TARGETS: [Target; 13] = [
-    Target { name: "c", options: &["name"], form: Recorded(include_str!("templates/c.h.in")),
+    Target { name: "c", file: "gravical.h", options: &["name"], form: Recorded(include_str!("templates/c.h.in")),
         holds: "header for C99 and C++: accelerometer and gyroscope in full, float" },
-    Target { name: "arduino", options: &["name", "counts_per_g", "counts_per_deg_s"], form: Sketch(include_str!("templates/arduino.h.in")),
+    Target { name: "arduino", file: "gravical_calibration.h", options: &["name", "counts_per_g", "counts_per_deg_s"], form: Sketch(include_str!("templates/arduino.h.in")),
         holds: "header for a sketch: accelerometer and gyroscope in full, float" },
-    Target { name: "rust", options: &[], form: Recorded(include_str!("templates/rust.rs.in")),
+    Target { name: "rust", file: "gravical.rs", options: &[], form: Recorded(include_str!("templates/rust.rs.in")),
         holds: "module without the standard library: accelerometer and gyroscope in full, f32" },
-    Target { name: "python", options: &["name"], form: Recorded(include_str!("templates/python.py.in")),
+    Target { name: "python", file: "gravical_calibration.py", options: &["name"], form: Recorded(include_str!("templates/python.py.in")),
         holds: "functions on NumPy arrays: accelerometer and gyroscope in full" },
-    Target { name: "ros", options: &[], form: Nominal(include_str!("templates/ros.yaml.in"), Some("imu_calib measures its bias at rest when it starts (parameter calibrate_gyros)")),
+    Target { name: "ros", file: "imu_calib.yaml", options: &[], form: Nominal(include_str!("templates/ros.yaml.in"), Some("imu_calib measures its bias at rest when it starts (parameter calibrate_gyros)")),
         holds: "YAML of imu_calib (ROS 1 and 2): accelerometer in full, no gyroscope" },
-    Target { name: "ros2", options: &["name"], form: Nominal(include_str!("templates/ros2.yaml.in"), None),
+    Target { name: "ros2", file: "gravical.yaml", options: &["name"], form: Nominal(include_str!("templates/ros2.yaml.in"), None),
         holds: "parameters of a ROS 2 node, SI units: accelerometer and gyroscope in full" },
-    Target { name: "fusion", options: &["name"], form: Recorded(include_str!("templates/fusion.h.in")),
+    Target { name: "fusion", file: "gravical_fusion.h", options: &["name"], form: Recorded(include_str!("templates/fusion.h.in")),
         holds: "header for Fusion of x-io: accelerometer in full, gyroscope without its g-sensitivity, float" },
-    Target { name: "px4", options: &["device_id"], form: Axes(include_str!("templates/px4.params.in"), "PX4 ignores these values unless CAL_ACC0_ID is the id of this sensor. Give this device id (the vehicle shows it in `sensor_accel`), or calibrate the vehicle once, so that it sets CAL_ACC0_ID, and load this file then."),
+    Target { name: "px4", file: "gravical.params", options: &["device_id"], form: Axes(include_str!("templates/px4.params.in"), "PX4 ignores these values unless CAL_ACC0_ID is the id of this sensor. Give this device id (the vehicle shows it in `sensor_accel`), or calibrate the vehicle once, so that it sets CAL_ACC0_ID, and load this file then."),
         holds: "parameters of PX4: offset and scale of each axis; no cross-axis terms, no gyroscope" },
-    Target { name: "ardupilot", options: &["device_id"], form: Axes(include_str!("templates/ardupilot.param.in"), "ArduPilot counts the accelerometer as calibrated only while INS_ACC_ID is the id of this sensor, and refuses to arm otherwise. Give this device id (parameter INS_ACC_ID of the running vehicle), or calibrate the vehicle once and load this file then."),
+    Target { name: "ardupilot", file: "gravical.param", options: &["device_id"], form: Axes(include_str!("templates/ardupilot.param.in"), "ArduPilot counts the accelerometer as calibrated only while INS_ACC_ID is the id of this sensor, and refuses to arm otherwise. Give this device id (parameter INS_ACC_ID of the running vehicle), or calibrate the vehicle once and load this file then."),
         holds: "parameters of ArduPilot: offset and scale of each axis; no cross-axis terms, no gyroscope" },
-    Target { name: "ros-noise", options: &["upper_limit"], form: Noise(include_str!("templates/ros-noise.yaml.in")),
+    Target { name: "ros-noise", file: "imu_noise.yaml", options: &["upper_limit"], form: Noise(include_str!("templates/ros-noise.yaml.in")),
         holds: "covariances of sensor_msgs/Imu: white noise of both sensors, of the result of noise" },
-    Target { name: "kalibr", options: &["upper_limit"], form: Noise(include_str!("templates/kalibr.yaml.in")),
+    Target { name: "kalibr", file: "imu.yaml", options: &["upper_limit"], form: Noise(include_str!("templates/kalibr.yaml.in")),
         holds: "imu.yaml: noise density and random walk, of the result of noise" },
-    Target { name: "imucal", options: &[], form: Text(to_imucal),
+    Target { name: "imucal", file: "imucal.json", options: &[], form: Text(to_imucal),
         holds: "JSON of the Python library imucal, format 2.0: accelerometer and gyroscope in full, no uncertainty" },
-    Target { name: "gravical", options: &[], form: Text(Calibration::to_json),
+    Target { name: "gravical", file: "calibration.json", options: &[], form: Text(Calibration::to_json),
         holds: "calibration file of gravical: everything (converts a file of imucal)" },
 ];
 
