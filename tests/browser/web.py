@@ -223,7 +223,15 @@ class Page:
             browser.key(browser.run(f"return String(FACES.indexOf('{face}') + 1)"))
             self.poses(count)
             if count == 3:
-                # Loaded again: it is kept, with its poses, and in another tab it is open here.
+                # Another tab cannot take it; loaded again it is kept, with its poses.
+                here = browser.call("GET", f"{browser.session}/window")
+                there = browser.call("POST", f"{browser.session}/window/new", {"type": "tab"})["handle"]
+                browser.call("POST", f"{browser.session}/window", {"handle": there})
+                browser.open(self.served)
+                self.press("[data-resume]")
+                self.until("return document.querySelector('#trouble').textContent.includes('open in another tab')")
+                browser.call("DELETE", f"{browser.session}/window")
+                browser.call("POST", f"{browser.session}/window", {"handle": here})
                 self.open(url)
                 self.press("[data-resume]")
                 self.poses(3)
@@ -260,6 +268,7 @@ class Page:
         self.quiet()
         self.open(url)
         self.press("[data-forget]")
+        self.press("[data-forget]")
         self.until("return !document.querySelector('[data-forget]')")
         print("a simulated session to good, loaded again, a trap, everything saved")
 
@@ -290,7 +299,7 @@ class Page:
         assert browser.run("return state.poses.size") == 1
         browser.run("fake.plug()")
         self.poses(2)
-        # Another tab cannot take the session; here it ends, and everything stays.
+        # It ends, and everything stays.
         browser.key("c")
         browser.key("Enter")
         self.until("return state.end?.reason === 'cancelled'")

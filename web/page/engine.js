@@ -18,6 +18,8 @@ const engine = {
       this.waiting.get(id)?.(done);
       this.waiting.delete(id);
     });
+    // What nobody expects, too, is said.
+    this.worker.addEventListener("error", e => this.said({ error: { message: e.message } }));
     this.worker.postMessage({ module: this.module });
   },
   // Without an answer.

@@ -73,7 +73,7 @@ function options() {
 
 async function compute(verb) {
   const files = VERBS[verb][1]();
-  if (!files) return;
+  if (!files || result?.is_busy) return;
   result = { verb, is_busy: true, began: performance.now() };
   updateFiles();
   const clock = setInterval(updateFiles, 1000);
@@ -139,7 +139,6 @@ function updateFiles() {
   render($(".verbs"), html`${Object.entries(VERBS).map(([verb, [name, files]]) => html`<button type="button" data-verb="${verb}" aria-pressed="${result?.verb === verb}" ${(is_busy || !files()) && "disabled"}>${name}</button>`)}`);
   render($("#computed"), result ? computedMarkup(result) : "");
   showReport($("#computed iframe"), frame => { frame.srcdoc = new TextDecoder().decode(result.report); });
-  show("#trouble", false);
 }
 
 function trouble(error) {
@@ -174,7 +173,11 @@ const DOES = {
   resume: folder => resume(folder),
   keep: name => keep(name),
   zip: folder => keep("zip", folder),
-  async forget(folder) { await engine.ask({ do: "forget", folder }); await showKept(); },
+  async forget(folder, _, button) {
+    if (button.textContent === "Delete") return write(button, "Delete for good?");
+    await engine.ask({ do: "forget", folder });
+    await showKept();
+  },
   // With the calibration of the session, to what is recorded with it.
   async further() { await take_in([new File([guided.files["calibration.json"]], "calibration.json")], false, true); },
   flash: flashSketch,
@@ -209,7 +212,7 @@ document.addEventListener("click", e => {
   const button = e.target.closest("button");
   const [name, value] = Object.entries(button?.dataset ?? {}).find(([name]) => name in DOES) ?? [];
   show("#trouble", false);
-  if (name) Promise.resolve(DOES[name](value, button.dataset)).catch(trouble);
+  if (name) Promise.resolve(DOES[name](value, button.dataset, button)).catch(trouble);
 });
 document.addEventListener("change", e => {
   if (e.target.matches("[data-export]") && e.target.value) exportTo(e.target.value, e.target.dataset.export).catch(trouble).finally(() => { e.target.value = ""; });
@@ -225,7 +228,7 @@ for (const type of ["dragenter", "dragover", "dragleave", "drop"]) {
   document.addEventListener(type, e => {
     e.preventDefault();
     document.body.classList.toggle("dragging", type === "dragenter" || type === "dragover");
-    if (type === "drop") filesOf(e.dataTransfer.items).then(([files, folder]) => take_in(files, folder)).catch(trouble);
+    if (type === "drop") filesOf(e.dataTransfer.items).then(([files, folder]) => files.length > 0 && take_in(files, folder)).catch(trouble);
   });
 }
 

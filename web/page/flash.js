@@ -1,9 +1,9 @@
 // Writes the sketch into an Arduino Uno (ATmega328P) through its bootloader: STK500 version 1 (Atmel AVR061).
 
 const STK = { ok: 0x10, insync: 0x14, end: 0x20, sync: 0x30, enter: 0x50, leave: 0x51, address: 0x55, program: 0x64, read: 0x74, signature: 0x75 };
-const UNO = [0x1e, 0x95, 0x0f], PAGE_BYTES = 128, FLASH_BYTES = 32256, FLASH = 0x46;
-// Optiboot of an Uno, and the older bootloader of its clones.
-const BOOT_BAUDS = [115200, 57600];
+const UNO = [0x1e, 0x95, 0x0f], PAGE_BYTES = 128, FLASH = 0x46;
+// Optiboot of an Uno, and the older bootloader of its clones: their rates, and where they begin.
+const BOOTLOADERS = [[115200, 0x7e00], [57600, 0x7800]];
 
 // The bytes of an Intel HEX file, from address 0 on.
 function parseHex(text) {
@@ -16,7 +16,6 @@ function parseHex(text) {
     if (type !== 0) throw new Error(`The sketch has a record of type ${type}.`);
     record.slice(4, -1).forEach((byte, i) => { bytes[high * 256 + low + i] = byte; });
   }
-  if (bytes.length > FLASH_BYTES) throw new Error(`The sketch has ${bytes.length} bytes, and the board ${FLASH_BYTES}.`);
   return Uint8Array.from(bytes, byte => byte ?? 0xff);
 }
 
@@ -74,9 +73,10 @@ async function flash(port, hex, told) {
   const page = i => Uint8Array.from({ length: PAGE_BYTES }, (_, k) => image[i * PAGE_BYTES + k] ?? 0xff);
   const size = [PAGE_BYTES >> 8, PAGE_BYTES & 255, FLASH];
   let missing;
-  for (const baudRate of BOOT_BAUDS) {
-    await port.open({ baudRate });
+  for (const [baudRate, room] of BOOTLOADERS) {
+    await board.openPort(port, { baudRate });
     const boot = new Bootloader(port);
+    let isWriting = false;
     try {
       told(`looking for the bootloader at ${baudRate} baud`);
       try {
@@ -89,7 +89,9 @@ async function flash(port, hex, told) {
       if (signature.join() !== UNO.join()) {
         throw new Error(`This is no Uno: its chip says ${signature.map(byte => byte.toString(16).padStart(2, "0")).join(" ")}, an ATmega328P 1e 95 0f. Nothing was written.`);
       }
+      if (image.length > room) throw new Error(`The sketch has ${image.length} bytes, and the board room for ${room}. Nothing was written.`);
       await boot.ask([STK.enter]);
+      isWriting = true;
       for (let i = 0; i < pages; i++) {
         told(`writing ${i + 1} of ${pages} pages`);
         await boot.at(i);
@@ -99,13 +101,15 @@ async function flash(port, hex, told) {
         told(`reading back ${i + 1} of ${pages} pages`);
         await boot.at(i);
         const found = await boot.ask([STK.read, ...size], PAGE_BYTES);
-        if (found.join() !== page(i).join()) throw new Error(`Page ${i + 1} reads back otherwise than it was written: flash the sketch again.`);
+        if (found.join() !== page(i).join()) throw new Error(`Page ${i + 1} reads back otherwise than it was written.`);
       }
       await boot.ask([STK.leave]);
       return pages;
+    } catch (error) {
+      throw isWriting ? new Error(`${error.message} The sketch in the board is incomplete: flash it again.`) : error;
     } finally {
       await boot.close();
-      await port.close();
+      await port.close().catch(() => {});
     }
   }
   throw new Error(`${missing.message} Nothing was written. Is it an Uno, with its own bootloader? Press its reset button, and try again.`);

@@ -3,10 +3,15 @@
 const NAMES = { 0x2341: "Arduino", 0x2a03: "Arduino", 0x1a86: "board with CH340", 0x10c4: "board with CP210x", 0x0403: "board with FTDI",
   0x303a: "ESP32", 0x2e8a: "Pico", 0x239a: "Adafruit board", 0x16c0: "Teensy" };
 
+// A port that is back is opened when its rights are set, and other programs have looked at it.
+const TRIES = 25, BETWEEN_MS = 200;
+const now_s = () => (performance.timeOrigin + performance.now()) / 1e3;
+
 const board = {
-  port: null, reader: null,
-  // What happens: `bytes(bytes)`, `opened()`, `lost()`.
-  on: { bytes() {}, opened() {}, lost() {} },
+  // The port that is wanted, and its rate; `reader` while it is open.
+  port: null, baudRate: 0, reader: null, isLost: false,
+  // What happens, when: `bytes(now_s, bytes)`, `overflow(now_s)`, `opened(now_s)`, `lost(now_s)`, `trouble(text)`.
+  on: null,
   isPossible: () => "serial" in navigator,
 
   // The browser asks which port; null if none was chosen. Needs a click.
@@ -23,47 +28,65 @@ const board = {
     const hex = n => n.toString(16).padStart(4, "0");
     return vendor ? `${NAMES[vendor] ?? "USB device"} (${hex(vendor)}:${hex(product)})` : "serial port";
   },
-  async open(port, baudRate) {
-    await this.close();
+  // Opens a port of the computer, with words for what goes wrong.
+  async openPort(port, options) {
     try {
-      await port.open({ baudRate, bufferSize: 1 << 16 });
+      await port.open(options);
     } catch (error) {
-      throw new Error(error.name === "InvalidStateError" ? "The port is open in another tab: close it there."
-        : `The port cannot be opened (${error.message}). Another program may hold it: close the serial monitor, the plotter and the slicer. `
+      throw new Error(error.name === "InvalidStateError" ? "This page has the port open already: load it again."
+        : `The port cannot be opened (${error.message}). Another program or tab may hold it: close the serial monitor, the plotter and the slicer. `
           + "On Linux the port may be for members of a group: sudo usermod -aG dialout $USER, then log in again.");
     }
-    this.port = port;
-    this.baudRate = baudRate;
-    this.on.opened();
+  },
+  async open(port, baudRate, on) {
+    await this.close();
+    await this.openPort(port, { baudRate, bufferSize: 1 << 16 });
+    Object.assign(this, { port, baudRate, on, isLost: false });
+    on.opened(now_s());
     this.read(port);
   },
   // Reads until the port is closed or gone.
   async read(port) {
     while (port === this.port && port.readable) {
-      this.reader = port.readable.getReader();
+      const reader = this.reader = port.readable.getReader();
       try {
-        for (let got; !(got = await this.reader.read()).done;) this.on.bytes(got.value);
+        for (let got; !(got = await reader.read()).done;) this.on.bytes(now_s(), got.value);
       } catch (error) {
-        // A wrong baud rate and an overrun break the stream, and a new one goes on; a cable that is pulled ends it.
+        // A cable that is pulled ends it; a wrong baud rate and an overrun break the stream, and a new one goes on.
         if (error.name === "NetworkError") break;
+        this.on.overflow(now_s());
       } finally {
-        this.reader.releaseLock();
+        reader.releaseLock();
       }
     }
-    if (port === this.port) {
-      this.on.lost();
-      await port.close().catch(() => {});
+    if (port !== this.port) return;
+    this.isLost = true;
+    this.on.lost(now_s());
+    await port.close().catch(() => {});
+  },
+  // A port is here: that which was lost?
+  async back(port) {
+    if (!this.isLost || port !== this.port && this.nameOf(port) !== this.nameOf(this.port)) return;
+    this.isLost = false;
+    const { on, baudRate } = this;
+    for (let tries = 1; on === this.on; tries++) {
+      try {
+        return await this.open(port, baudRate, on);
+      } catch (error) {
+        if (tries === TRIES) {
+          Object.assign(this, { port, baudRate, on, isLost: true });
+          return on.trouble(error.message);
+        }
+        Object.assign(this, { port, baudRate, on });
+        await new Promise(done => setTimeout(done, BETWEEN_MS));
+      }
     }
   },
   async close() {
-    const { port } = this;
-    this.port = null;
-    await this.reader?.cancel().catch(() => {});
+    const { port, reader } = this;
+    Object.assign(this, { port: null, reader: null, on: null, isLost: false });
+    await reader?.cancel().catch(() => {});
     await port?.close().catch(() => {});
   },
 };
-// The board that was lost is opened when it is here again.
-navigator.serial?.addEventListener("connect", event => {
-  const port = event.port ?? event.target;
-  if (board.port && board.nameOf(port) === board.nameOf(board.port)) board.open(port, board.baudRate).catch(() => {});
-});
+navigator.serial?.addEventListener("connect", event => board.back(event.port ?? event.target));

