@@ -7,6 +7,7 @@ FIRMWARE is the folder of firmware/build: its sketch can be flashed from the pag
 import base64
 import datetime
 import gzip
+import hashlib
 import io
 import os
 import re
@@ -25,9 +26,11 @@ SCRIPTS += [HERE / f"page/{name}.js" for name in ["engine", "serial", "zip", "fl
 SKETCH = ROOT / "firmware/mpu6050_logger/mpu6050_logger.ino"
 PICTURE = ROOT / "docs/gallery/calibration.webp"
 EXAMPLES = {"poses.csv": ROOT / "examples/demo/poses/poses.csv", "move.csv": ROOT / "examples/demo/line/line.csv"}
-# The page can reach nothing: a browser refuses whatever it would send. What lies beside it is fetched, where it does.
+REPORT = ROOT / "crates/gravical-report/src/document/html/script.js"
+# Nothing is sent, and no script runs but that of the page and that of the reports in it. What lies beside the page is fetched,
+# where it does.
 POLICY = (
-    "default-src 'none'; script-src 'unsafe-inline' 'wasm-unsafe-eval'; style-src 'unsafe-inline'; worker-src blob:; "
+    "default-src 'none'; script-src {scripts} 'wasm-unsafe-eval'; style-src 'unsafe-inline'; worker-src blob:; "
     "img-src data: blob:; frame-src blob:; base-uri 'none'; form-action 'none'; connect-src {connect}"
 )
 
@@ -81,8 +84,11 @@ def page(wasm, version):
     parts += firmware(Path(sys.argv[3])) if len(sys.argv) > 3 else ""
     parts += inert("wasm", packed(wasm)) if wasm else ""
     before, head, after = session()
-    values = {"policy": POLICY.format(connect="'none'" if wasm else "'self'"), "style": joined(STYLES), "parts": parts,
-              "version": version, "script": joined(SCRIPTS), "picture": "data:image/webp;base64," + base64.b64encode(PICTURE.read_bytes()).decode(), "before": before, "head": head, "session": after}
+    script = '\n"use strict";\n' + joined(SCRIPTS)
+    hashes = [base64.b64encode(hashlib.sha256(text.encode()).digest()).decode() for text in [script, REPORT.read_text()]]
+    scripts = " ".join(f"'sha256-{text}'" for text in hashes)
+    values = {"policy": POLICY.format(scripts=scripts, connect="'none'" if wasm else "'self'"), "style": joined(STYLES), "parts": parts,
+              "version": version, "script": script, "picture": "data:image/webp;base64," + base64.b64encode(PICTURE.read_bytes()).decode(), "before": before, "head": head, "session": after}
     return re.sub(r"\{(\w+)\}", lambda m: values[m[1]], (HERE / "page/page.html").read_text())
 
 
