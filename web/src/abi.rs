@@ -5,7 +5,7 @@ use std::cell::RefCell;
 use std::panic;
 use std::sync::Once;
 
-use crate::App;
+use crate::app::App;
 
 thread_local! {
     static APP: RefCell<App> = RefCell::default();
