@@ -1,6 +1,7 @@
 // Files that are dropped: what is in them, and what can be computed of them.
 
-// Each has name, bytes, kind (recording, calibration, noise) and what was found, or the error.
+// Each has name, bytes, kind (recording, calibration, noise, sections) and what was found, or the error; `use` says what a
+// calibration takes it for: pose, gyro or nothing.
 let dropped = [];
 let chosen = null, result = null;
 let isFolder = false;
@@ -8,9 +9,10 @@ let isFolder = false;
 const ofKind = kind => dropped.filter(entry => entry.kind === kind);
 const recordings = () => ofKind("recording");
 // The recording that verbs of one recording take.
-const current = () => recordings().includes(chosen) ? chosen : recordings()[0];
+const current = () => recordings().includes(chosen) ? chosen : recordings().find(entry => entry.use !== "gyro");
 // Those that a calibration is computed from.
-const poses = () => recordings().filter(entry => entry.is_pose);
+const poses = () => recordings().filter(entry => entry.use === "pose");
+const gyro = () => dropped.findLast(entry => entry.use === "gyro");
 const latest = () => ofKind("calibration").at(-1);
 const as = (role, ...entries) => entries.filter(Boolean).map(entry => ({ ...entry, role }));
 
@@ -18,10 +20,10 @@ const as = (role, ...entries) => entries.filter(Boolean).map(entry => ({ ...entr
 const one = () => current() ? as("", current()) : null;
 const withCalibration = files => latest() && files?.length ? [...files, ...as("calibration", latest())] : null;
 const VERBS = {
-  calibrate: ["Calibrate", () => poses().length ? as("", ...poses()) : null],
-  motion: ["Position", () => one() && [...one(), ...as("calibration", latest())]],
-  orient: ["Orientation", () => one() && [...one(), ...as("calibration", latest())]],
-  check: ["Check", () => withCalibration(as("", ...(recordings().some(e => !e.is_pose) ? recordings().filter(e => !e.is_pose) : recordings())))],
+  calibrate: ["Calibrate", () => poses().length ? [...as("", ...poses()), ...as("gyro", gyro()), ...as("sections", ofKind("sections").at(-1))] : null],
+  motion: ["Position", () => one() && [...one(), ...as("gyro", gyro()), ...as("calibration", latest())]],
+  orient: ["Orientation", () => one() && [...one(), ...as("gyro", gyro()), ...as("calibration", latest())]],
+  check: ["Check", () => withCalibration(as("", ...(recordings().some(e => e.use !== "pose") ? recordings().filter(e => e.use !== "pose") : recordings())))],
   apply: ["Apply", () => withCalibration(one())],
   denoise: ["Denoise", one],
   noise: ["Noise", one],
@@ -36,7 +38,7 @@ async function take_in(list, folder = false, silently = false) {
   document.body.dataset.view = "files";
   if (dropped.length === 0) isFolder = folder;
   for (const file of list) {
-    const entry = { name: file.name, size: file.size, is_pose: !is_late };
+    const entry = { name: file.name, size: file.size, use: is_late ? "" : "pose" };
     dropped.push(entry);
     updateFiles();
     try {
@@ -44,6 +46,7 @@ async function take_in(list, folder = false, silently = false) {
       await look(entry);
     } catch (error) {
       entry.error = error;
+      entry.use = "";
     }
     updateFiles();
   }
@@ -104,12 +107,15 @@ const inWords = {
   },
   calibration: ({ verdict, is_made }) => `calibration: ${verdict.grade.replace("-", " ")}${is_made ? ", of these recordings" : ""}`,
   noise: () => "noise of a sensor, for export",
+  sections: () => "sections of the recording, for the calibration",
 };
 
+const USES = [["pose", "for the calibration"], ["", "to be computed"], ["gyro", "gyroscope of the other"]];
 const entryMarkup = (entry, i) => html`<li data-mark="${entry.error ? "poor" : entry.kind ? "good" : "note"}" class="${entry === current() && recordings().length > 1 && "chosen"}">
   <p class="mark">${entry.kind === "recording" ? html`<button type="button" class="text" data-pick="${i}" aria-pressed="${entry === current()}">${entry.name}</button>` : html`<b>${entry.name}</b>`}</p>
   ${entry.page && html`<button type="button" class="quiet" data-inspect="${i}">Look inside</button>`}
-  ${entry.kind === "recording" && recordings().length > 1 && html`<label class="quiet"><input type="checkbox" data-pose="${i}" ${entry.is_pose && "checked"}> for the calibration</label>`}
+  ${(entry.kind === "recording" ? recordings().length > 1 : entry.error && entry.bytes) && html`<label class="quiet">
+    <select data-use="${i}" aria-label="Use of ${entry.name}">${USES.map(([use, words]) => html`<option value="${use}" ${entry.use === use && "selected"}>${words}</option>`)}</select></label>`}
   <button type="button" class="quiet" data-drop="${i}" aria-label="Remove ${entry.name}">×</button>
   <small>${entry.error ? entry.error.message : entry.kind ? inWords[entry.kind](entry) : `reading ${(entry.size / 1e6).toFixed(1)} MB …`}</small>
   ${entry.error && remedyMarkup(entry.error)}</li>`;
@@ -216,7 +222,7 @@ document.addEventListener("click", e => {
 });
 document.addEventListener("change", e => {
   if (e.target.matches("[data-export]") && e.target.value) exportTo(e.target.value, e.target.dataset.export).catch(trouble).finally(() => { e.target.value = ""; });
-  if (e.target.matches("[data-pose]")) { dropped[e.target.dataset.pose].is_pose = e.target.checked; updateFiles(); }
+  if (e.target.matches("[data-use]")) { dropped[e.target.dataset.use].use = e.target.value; updateFiles(); }
   if (e.target.matches("[data-baud]")) $("#baud").value = e.target.value;
   if (e.target.matches("[type=file]")) {
     take_in([...e.target.files], e.target.id === "folder").catch(trouble);

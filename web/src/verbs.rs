@@ -129,7 +129,7 @@ fn calibration(asked: &Message<'_>) -> Result<(Calibration, InputFile)> {
     Calibration::read_with_input(asked.one("calibration")?.named())
 }
 
-/// What a file is: a recording, a calibration, the noise of a sensor.
+/// What a file is: a recording, a calibration, the noise of a sensor, a list of sections.
 fn inspected(asked: &Message<'_>) -> Result<Done> {
     let file = asked.one("")?;
     if let Ok(calibration) = Calibration::parse(file.bytes) {
@@ -141,7 +141,18 @@ fn inspected(asked: &Message<'_>) -> Result<Done> {
     if read_noise(file.named()).is_ok() {
         return Ok(done(&json!({ "kind": "noise" }), false, None, Vec::new()));
     }
-    let recording = recording(asked, read_named)?;
+    let recording = match recording(asked, read_named) {
+        // A list of sections has columns, too.
+        Err(_) if read_sections(file.named()).is_ok() => {
+            return Ok(done(
+                &json!({ "kind": "sections" }),
+                false,
+                None,
+                Vec::new(),
+            ));
+        }
+        recording => recording?,
+    };
     let options: SegmentOptions = asked.options()?;
     let found = inspect(&recording, &options.axes);
     let figures = figure::inspection::inspection(&found, &recording);

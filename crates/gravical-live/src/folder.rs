@@ -145,6 +145,22 @@ impl Journal {
     }
 }
 
+/// Calibrates with the session in `folder`, as [`calibrate_session`].
+///
+/// # Errors
+///
+/// As there.
+pub fn calibrate_folder(
+    folder: &Path,
+    read_options: &ReadOptions,
+    options: &CalibrateOptions,
+    given: Option<Gravity>,
+) -> Result<(Vec<Recording>, Calibrated)> {
+    let [recording, journal] = [RECORDING, JOURNAL].map(|name| folder.join(name));
+    let files = [Named::Path(&recording), Named::Path(&journal)];
+    calibrate_session(files, read_options, options, given)
+}
+
 /// Calibrates with the poses of a session, its recording and its journal, and with its gravity unless one is `given`.
 /// Returns the recording, too.
 ///

@@ -5,9 +5,8 @@ use std::path::{Path, PathBuf};
 use crate::Result;
 use crate::calibrate::{CalibrateOptions, Calibrated, calibrate};
 use crate::gravity::Gravity;
-use crate::live::folder::{JOURNAL, RECORDING, calibrate_session, is_session};
+use crate::live::folder::{calibrate_folder, is_session};
 use crate::problem::Problem;
-use crate::recording::source::Named;
 use crate::recording::{ReadOptions, Recording};
 
 #[doc(hidden)]

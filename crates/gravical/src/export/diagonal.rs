@@ -10,7 +10,8 @@ use gravical_core::matrix3::{
 };
 
 use super::sensor::{Matrix, Sensor};
-use crate::Result;
+use gravical_recording::Result;
+
 use crate::problem::Problem;
 
 /// Smallest cosine between an axis of the sensor and the nearest axis of the case (25°): beyond

@@ -10,9 +10,8 @@ use gravical::calibration_file::Grade;
 use gravical::escape::path_word;
 use gravical::live::Guide;
 use gravical::live::event::{Command, EndReason, Event, Rejection, SourceKind};
-use gravical::live::folder::{JOURNAL, Journal, RECORDING, calibrate_session};
+use gravical::live::folder::{JOURNAL, Journal, RECORDING, calibrate_folder};
 use gravical::numfmt::count;
-use gravical::recording::source::Named;
 use gravical::{Error, Result};
 use gravical_report::{figure, report};
 
@@ -238,10 +237,7 @@ impl Driver<'_> {
                 ..CalibrateOptions::default()
             };
             let read = self.args.read_options();
-            let [recording, journal] = [RECORDING, JOURNAL].map(|name| folder.join(name));
-            let files = [Named::Path(&recording), Named::Path(&journal)];
-            let gravity = Some(self.guide.session.gravity());
-            calibrate_session(files, &read, &options, gravity)
+            calibrate_folder(folder, &read, &options, Some(self.guide.session.gravity()))
         });
         let recorded = recorded.transpose()?;
         let file = recorded.as_ref().map(|(_, done)| &done.calibration);
