@@ -35,9 +35,7 @@ pub fn calibrate_files(
         && gyro.is_none()
         && is_session(folder)
     {
-        let [recording, journal] = [RECORDING, JOURNAL].map(|name| folder.join(name));
-        let files = [Named::Path(&recording), Named::Path(&journal)];
-        let (recordings, mut done) = calibrate_session(files, how, options, gravity)?;
+        let (recordings, mut done) = calibrate_folder(folder, how, options, gravity)?;
         done.calibration.sensor.id = name.or(done.calibration.sensor.id);
         return Ok((recordings, done));
     }
