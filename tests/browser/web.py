@@ -130,6 +130,7 @@ class Page:
     def quiet(self):
         """Nothing was complained of, and nothing but the page was asked for: nothing can be uploaded."""
         assert not (loud := self.browser.complaints()), loud
+
         urls = [url for url in self.browser.requests() if not url.startswith(("data:", "blob:", "chrome", "about:"))]
         assert all(url.startswith((f"file://{self.page}", self.served)) for url in urls), urls
 
@@ -272,6 +273,22 @@ class Page:
         self.until("return !document.querySelector('[data-forget]')")
         print("a simulated session to good, loaded again, a trap, everything saved")
 
+    def from_a_file(self):
+        """Without a server a session is in memory: the page asks before it is lost."""
+        browser = self.browser
+        self.open(f"file://{self.page}?seed=4&speed=8")
+        self.press("[data-simulate]")
+        self.poses(1)
+        assert browser.run("return guided.isMemory && isUnsaved()")
+        browser.key("c")
+        browser.key("Enter")
+        self.until("return state.end?.reason === 'cancelled' && guided.files['recording.csv']?.length > 1000")
+        assert browser.run("return isUnsaved()")
+        self.press("#result [data-keep=zip]")
+        self.until("return !isUnsaved()")
+        self.quiet()
+        print("a session from a file, in memory")
+
     def at_a_port(self):
         """A board that is held, sends noise, nothing, and rows; its cable is pulled in a pose."""
         browser = self.browser
@@ -346,7 +363,7 @@ def main():
             browser.size(1280, 900)
             browser.cdp("Page.addScriptToEvaluateOnNewDocument", source=FAKE)
             tested = Page(browser, page, pictures, f"http://127.0.0.1:{server.server_port}")
-            for part in (tested.six_files, tested.example, tested.hostile, tested.simulated, tested.at_a_port, tested.flashed):
+            for part in (tested.six_files, tested.example, tested.hostile, tested.simulated, tested.from_a_file, tested.at_a_port, tested.flashed):
                 if not wanted or part.__name__ in wanted:
                     part()
         finally:

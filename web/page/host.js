@@ -26,6 +26,8 @@ function hear({ events = [], files = [], error }) {
   if (events.some(e => e.type === "end")) {
     clearInterval(guided.ticking);
     board.close();
+    // What is in the memory of the worker would end with it.
+    if (guided.isMemory) engine.ask({ do: "files", folder: guided.folder }).then(done => hear({ files: done.files })).catch(() => {});
   }
   host.page.events(events);
 }
@@ -110,8 +112,8 @@ const guidedFilesMarkup = isDone => html`
   <button type="button" data-keep="zip">↓ all in one .zip</button>`;
 
 async function filesOfSession(folder) {
-  const { files } = await engine.ask({ do: "files", folder });
   const made = folder === guided.folder ? Object.entries(guided.files).map(([name, bytes]) => ({ name, bytes })) : [];
+  const { files } = made.some(f => f.name === "recording.csv") ? { files: [] } : await engine.ask({ do: "files", folder });
   const calibration = made.find(f => f.name === "calibration.json");
   if (calibration) {
     const done = await engine.ask({ do: "export", options: { to: "arduino" } }, [{ ...calibration, role: "calibration" }]);
