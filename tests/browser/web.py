@@ -108,7 +108,7 @@ class Page:
         self.browser.cdp("DOM.setFileInputFiles", nodeId=node, files=[str(p) for p in paths])
 
     def ready(self, verb):
-        self.until(f"return result?.verb === '{verb}' && !result.is_busy")
+        self.until(f"return result?.verb === '{verb}' && !result.isBusy")
 
     def press(self, selector):
         self.browser.click(selector)
@@ -159,8 +159,8 @@ class Page:
     def example(self):
         self.open()
         self.press("[data-example]")
-        self.until("return dropped.length === 3 && dropped.every(e => e.kind) && !result.is_busy")
-        assert self.browser.run("return dropped.find(e => e.is_made).verdict.grade") == "good"
+        self.until("return dropped.length === 3 && dropped.every(e => e.kind) && !result.isBusy")
+        assert self.browser.run("return dropped.find(e => e.isMade).verdict.grade") == "good"
         self.browser.run("chosen = dropped.find(e => e.name.startsWith('move'))")
         for verb in ("motion", "orient", "check", "denoise", "apply", "convert"):
             self.press(f"[data-verb={verb}]")
@@ -191,13 +191,13 @@ class Page:
             large.write_bytes(b"t_ms,ax,ay,az\n" + b"".join(b"%d,0.%03d,0.1,9.81\n" % (10 * i, i % 1000) for i in range(3_000_000)))
             self.open()
             self.choose(name, binary, strange)
-            self.until("return dropped.length === 3 && dropped.every(e => e.kind || e.error) && !result?.is_busy")
+            self.until("return dropped.length === 3 && dropped.every(e => e.kind || e.error) && !result?.isBusy")
             assert not self.browser.run("return window.bad ?? document.querySelector('iframe')?.contentWindow.bad")
             assert self.browser.run("return dropped.filter(e => e.error).length") >= 2
             self.look("hostile")
             self.open()
             self.choose(large)
-            self.until("return Boolean(result?.is_busy) || dropped[0]?.error", 60)
+            self.until("return Boolean(result?.isBusy) || dropped[0]?.error", 60)
             self.until("return Boolean(document.querySelector('[data-cancel]'))")
             self.press("[data-cancel]")
             self.until("return result.error?.code === 'cancelled'", 5)

@@ -4,7 +4,7 @@
 const engine = {
   worker: null, module: null, waiting: new Map(), ids: 0,
   // What a session says without a question.
-  said() {},
+  onEvents() {},
   // `load` gives the compiled module, `script` is the text of worker.js.
   async start(load, script) {
     this.script = URL.createObjectURL(new Blob([script], { type: "text/javascript" }));
@@ -14,12 +14,12 @@ const engine = {
   begin() {
     this.worker = new Worker(this.script);
     this.worker.addEventListener("message", ({ data: { id, done } }) => {
-      if (!id) return this.said(done);
+      if (!id) return this.onEvents(done);
       this.waiting.get(id)?.(done);
       this.waiting.delete(id);
     });
     // What nobody expects, too, is said.
-    this.worker.addEventListener("error", e => this.said({ error: { message: e.message } }));
+    this.worker.addEventListener("error", e => this.onEvents({ error: { message: e.message } }));
     this.worker.postMessage({ module: this.module });
   },
   // Without an answer.

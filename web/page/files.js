@@ -31,14 +31,14 @@ const VERBS = {
   compare: ["Compare", () => ofKind("calibration").length === 2 ? as("calibration", ...ofKind("calibration")) : null],
 };
 
-async function take_in(list, folder = false, silently = false) {
+async function addFiles(list, folder = false, silently = false) {
   if (isGuided()) throw new Error("A session is on: finish or cancel it, then drop files.");
   // What comes when there is a calibration is not meant for it.
-  const is_late = Boolean(latest());
+  const isLate = Boolean(latest());
   document.body.dataset.view = "files";
   if (dropped.length === 0) isFolder = folder;
   for (const file of list) {
-    const entry = { name: file.name, size: file.size, use: is_late ? "" : "pose" };
+    const entry = { name: file.name, size: file.size, use: isLate ? "" : "pose" };
     dropped.push(entry);
     updateFiles();
     try {
@@ -76,8 +76,8 @@ function options() {
 
 async function compute(verb) {
   const files = VERBS[verb][1]();
-  if (!files || result?.is_busy) return;
-  result = { verb, is_busy: true, began: performance.now() };
+  if (!files || result?.isBusy) return;
+  result = { verb, isBusy: true, began: performance.now() };
   updateFiles();
   const clock = setInterval(updateFiles, 1000);
   try {
@@ -88,7 +88,7 @@ async function compute(verb) {
     result = { verb, done, files: done.files.map(f => f === report ? { ...f, name: `${verb}.html` } : f), report: report?.bytes };
     if (verb === "calibrate") {
       const { bytes } = done.files.find(f => f.name === "calibration.json"), { result: found } = await engine.ask({ do: "inspect" }, [{ name: "calibration.json", bytes }]);
-      dropped = [...dropped.filter(entry => !entry.is_made), { name: "calibration.json", bytes, ...found, is_made: true }];
+      dropped = [...dropped.filter(entry => !entry.isMade), { name: "calibration.json", bytes, ...found, isMade: true }];
     }
   } catch (error) {
     result = { verb, error };
@@ -105,7 +105,7 @@ const inWords = {
     return [`${row_counts.rows.toLocaleString("en")} rows`, rate && `${rate.toFixed(1)} Hz`, accelerometer.unit.replace("^2", "²"),
       gyroscope && "gyroscope", findings.length > 0 && `${findings.length} ${findings.length === 1 ? "finding" : "findings"}`].filter(Boolean).join(" · ");
   },
-  calibration: ({ verdict, is_made }) => `calibration: ${verdict.grade.replace("-", " ")}${is_made ? ", of these recordings" : ""}`,
+  calibration: ({ verdict, isMade }) => `calibration: ${verdict.grade.replace("-", " ")}${isMade ? ", of these recordings" : ""}`,
   noise: () => "noise of a sensor, for export",
   sections: () => "sections of the recording, for the calibration",
 };
@@ -125,8 +125,8 @@ const remedyMarkup = ({ hint, options: helps = [] }) => html`
   ${hint && html`<small class="hint">${hint}</small>`}
   ${helps.filter(o => o.value && $("#options").elements[o.name]).map(o => html`<button type="button" data-option="${o.name}" data-value="${o.value}">Take ${o.name.replace("_", " ")} as ${o.value}</button>`)}`;
 
-function computedMarkup({ verb, is_busy, began, error, done, files, report }) {
-  if (is_busy) return html`<p class="mark" data-mark="note"><span>Computing … ${Math.round((performance.now() - began) / 1e3)} s</span></p>
+function computedMarkup({ verb, isBusy, began, error, done, files, report }) {
+  if (isBusy) return html`<p class="mark" data-mark="note"><span>Computing … ${Math.round((performance.now() - began) / 1e3)} s</span></p>
     <p><button type="button" data-cancel>Cancel</button></p>`;
   if (error) return html`<div class="fault mark" data-mark="poor"><p><b>${error.code === "cancelled" ? "Cancelled" : "This cannot be computed"}</b> <span>${error.code !== "cancelled" && error.message}</span></p></div>
     ${remedyMarkup(error)}`;
@@ -140,9 +140,9 @@ function computedMarkup({ verb, is_busy, began, error, done, files, report }) {
 }
 
 function updateFiles() {
-  const is_busy = result?.is_busy || dropped.some(e => !e.kind && !e.error);
+  const isBusy = result?.isBusy || dropped.some(e => !e.kind && !e.error);
   render($("#list"), html`${dropped.map(entryMarkup)}`);
-  render($(".verbs"), html`${Object.entries(VERBS).map(([verb, [name, files]]) => html`<button type="button" data-verb="${verb}" aria-pressed="${result?.verb === verb}" ${(is_busy || !files()) && "disabled"}>${name}</button>`)}`);
+  render($(".verbs"), html`${Object.entries(VERBS).map(([verb, [name, files]]) => html`<button type="button" data-verb="${verb}" aria-pressed="${result?.verb === verb}" ${(isBusy || !files()) && "disabled"}>${name}</button>`)}`);
   render($("#computed"), result ? computedMarkup(result) : "");
   showReport($("#computed iframe"), frame => { frame.srcdoc = new TextDecoder().decode(result.report); });
 }
@@ -167,12 +167,12 @@ async function filesOf(items) {
 }
 
 // What buttons do, by their data.
-const DOES = {
+const HANDLERS = {
   choose: what => $(what === "folder" ? "#folder" : "#chosen").click(),
   async example() {
     const [poses, ...others] = [...document.querySelectorAll("script.example")].map(e => new File([packed(e)], e.id));
-    await take_in([poses]);
-    await take_in(others, false, true);
+    await addFiles([poses]);
+    await addFiles(others, false, true);
   },
   simulate: () => simulate(),
   plug: () => plug(),
@@ -185,7 +185,7 @@ const DOES = {
     await showKept();
   },
   // With the calibration of the session, to what is recorded with it.
-  async further() { await take_in([new File([guided.files["calibration.json"]], "calibration.json")], false, true); },
+  async further() { await addFiles([new File([guided.files["calibration.json"]], "calibration.json")], false, true); },
   flash: flashSketch,
   sources: () => save("firmware-sources.tar.gz", packed($("#sources"))),
   sketch: () => save("mpu6050_logger.ino", $("#sketch").textContent),
@@ -216,16 +216,16 @@ async function exportTo(target, kind) {
 let TARGETS = [];
 document.addEventListener("click", e => {
   const button = e.target.closest("button");
-  const [name, value] = Object.entries(button?.dataset ?? {}).find(([name]) => name in DOES) ?? [];
+  const [name, value] = Object.entries(button?.dataset ?? {}).find(([name]) => name in HANDLERS) ?? [];
   show("#trouble", false);
-  if (name) Promise.resolve(DOES[name](value, button.dataset, button)).catch(trouble);
+  if (name) Promise.resolve(HANDLERS[name](value, button.dataset, button)).catch(trouble);
 });
 document.addEventListener("change", e => {
   if (e.target.matches("[data-export]") && e.target.value) exportTo(e.target.value, e.target.dataset.export).catch(trouble).finally(() => { e.target.value = ""; });
   if (e.target.matches("[data-use]")) { dropped[e.target.dataset.use].use = e.target.value; updateFiles(); }
   if (e.target.matches("[data-baud]")) $("#baud").value = e.target.value;
   if (e.target.matches("[type=file]")) {
-    take_in([...e.target.files], e.target.id === "folder").catch(trouble);
+    addFiles([...e.target.files], e.target.id === "folder").catch(trouble);
     e.target.value = "";
   }
 });
@@ -234,7 +234,7 @@ for (const type of ["dragenter", "dragover", "dragleave", "drop"]) {
   document.addEventListener(type, e => {
     e.preventDefault();
     document.body.classList.toggle("dragging", type === "dragenter" || type === "dragover");
-    if (type === "drop") filesOf(e.dataTransfer.items).then(([files, folder]) => files.length > 0 && take_in(files, folder)).catch(trouble);
+    if (type === "drop") filesOf(e.dataTransfer.items).then(([files, folder]) => files.length > 0 && addFiles(files, folder)).catch(trouble);
   });
 }
 

@@ -67,8 +67,8 @@ class Bootloader {
   at(page) { return this.ask([STK.address, page * PAGE_BYTES / 2 & 255, page * PAGE_BYTES / 2 >> 8]); }
 }
 
-// Writes the sketch and reads it back; `told` hears how far it is, in words. Nothing is written into another chip.
-async function flash(port, hex, told) {
+// Writes the sketch and reads it back; `onProgress` hears how far it is, in words. Nothing is written into another chip.
+async function flash(port, hex, onProgress) {
   const image = parseHex(hex), pages = Math.ceil(image.length / PAGE_BYTES);
   const page = i => Uint8Array.from({ length: PAGE_BYTES }, (_, k) => image[i * PAGE_BYTES + k] ?? 0xff);
   const size = [PAGE_BYTES >> 8, PAGE_BYTES & 255, FLASH];
@@ -78,7 +78,7 @@ async function flash(port, hex, told) {
     const boot = new Bootloader(port);
     let isWriting = false;
     try {
-      told(`looking for the bootloader at ${baudRate} baud`);
+      onProgress(`looking for the bootloader at ${baudRate} baud`);
       try {
         await boot.begin();
       } catch (error) {
@@ -93,12 +93,12 @@ async function flash(port, hex, told) {
       await boot.ask([STK.enter]);
       isWriting = true;
       for (let i = 0; i < pages; i++) {
-        told(`writing ${i + 1} of ${pages} pages`);
+        onProgress(`writing ${i + 1} of ${pages} pages`);
         await boot.at(i);
         await boot.ask([STK.program, ...size, ...page(i)]);
       }
       for (let i = 0; i < pages; i++) {
-        told(`reading back ${i + 1} of ${pages} pages`);
+        onProgress(`reading back ${i + 1} of ${pages} pages`);
         await boot.at(i);
         const found = await boot.ask([STK.read, ...size], PAGE_BYTES);
         if (found.join() !== page(i).join()) throw new Error(`Page ${i + 1} reads back otherwise than it was written.`);

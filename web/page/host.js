@@ -17,21 +17,21 @@ async function openSession(source, name, folder, seed = 0) {
   guided.ticking = setInterval(() => engine.post({ do: "tick", now_s: now_s() }), 25);
   document.body.dataset.view = "session";
   host.page.begin();
-  hear(done);
+  onEvents(done);
 }
 
-function hear({ events = [], files = [], error }) {
+function onEvents({ events = [], files = [], error }) {
   for (const { name, bytes } of files) guided.files[name] = bytes;
   if (error) events = [{ t_s: 0, type: "end", reason: "failed", poses: 0, text: `What was recorded is kept. ${error.message}` }];
   if (events.some(e => e.type === "end")) {
     clearInterval(guided.ticking);
     board.close();
     // What is in the memory of the worker would end with it.
-    if (guided.isMemory) engine.ask({ do: "files", folder: guided.folder }).then(done => hear({ files: done.files })).catch(() => {});
+    if (guided.isMemory) engine.ask({ do: "files", folder: guided.folder }).then(done => onEvents({ files: done.files })).catch(() => {});
   }
   host.page.events(events);
 }
-engine.said = hear;
+engine.onEvents = onEvents;
 const isUnsaved = () => document.body.dataset.view !== "door" && guided.isMemory && !guided.isSaved && state.poses.size > 0;
 addEventListener("beforeunload", e => { if (isUnsaved() || isFlashing) e.preventDefault(); });
 

@@ -120,10 +120,10 @@ function guided(head, files) {
 }
 
 // What happens in a session is said without a question.
-const say = done => (done.error || done.events?.length || done.files?.length) && postMessage({ done });
-const happened = (head, files) => say(guided(head, files));
+const publish = done => (done.error || done.events?.length || done.files?.length) && postMessage({ done });
+const happened = (head, files) => publish(guided(head, files));
 
-const DOES = {
+const HANDLERS = {
   // One with a folder that exists goes on.
   async open({ folder, ...head }) {
     await closeSession();
@@ -170,7 +170,7 @@ let last = Promise.resolve();
 addEventListener("message", ({ data: { id, head, files, module: compiled } }) => {
   if (compiled) { module = compiled; return instantiate(); }
   const answered = done => id && postMessage({ id, done: done ?? {} });
-  if (!Object.hasOwn(DOES, head.do)) return last = last.then(() => answered(call(head, files)));
-  last = last.then(() => DOES[head.do](head, files)).then(answered)
+  if (!Object.hasOwn(HANDLERS, head.do)) return last = last.then(() => answered(call(head, files)));
+  last = last.then(() => HANDLERS[head.do](head, files)).then(answered)
     .catch(error => postMessage({ id, done: { error: { code: "fault", message: error.message } } }));
 });

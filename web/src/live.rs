@@ -24,16 +24,16 @@ pub struct Live {
     source: Source,
     /// The recording and the journal so far, and how much of them the page has.
     files: [Vec<u8>; 2],
-    given: [usize; 2],
+    sent_bytes: [usize; 2],
     /// The first row is here.
     has_begun: bool,
     /// It was said why no row arrives.
-    is_mute: bool,
+    has_reported: bool,
     is_over: bool,
     /// Calibration and report.
-    made: Vec<(String, Vec<u8>)>,
+    results: Vec<(String, Vec<u8>)>,
     /// What waits to be shown.
-    said: Vec<Message>,
+    events: Vec<Message>,
 }
 
 enum Source {
@@ -44,7 +44,7 @@ enum Source {
 
 /// What the page says when it opens one.
 #[derive(Deserialize)]
-struct Opening {
+struct OpenOptions {
     source: SourceKind,
     name: String,
     #[serde(default)]
@@ -56,27 +56,27 @@ struct Opening {
 /// What the user wants.
 #[derive(Deserialize, Default)]
 #[serde(default)]
-struct Wanted {
+struct Input {
     command: Option<Command>,
 }
 
 impl Live {
     /// A session; with the files of one, it goes on. Its answer is the first.
     pub fn open(asked: &message::Message<'_>) -> Result<(Self, Vec<u8>)> {
-        let opening: Opening = asked.options()?;
+        let given: OpenOptions = asked.options()?;
         let before = |name: &str| {
             asked
-                .of("")
+                .files("")
                 .find(|f| f.name == name)
                 .map_or(&b""[..], |f| f.bytes)
         };
         let [rows, journal] = [RECORDING, JOURNAL].map(before);
         let (past, _) = Journal::read_with_input(Named::Bytes(Path::new(JOURNAL), journal))?;
-        let is_simulated = opening.source == SourceKind::Simulate;
+        let is_simulated = given.source == SourceKind::Simulate;
         let source = if is_simulated {
             let text = String::from_utf8_lossy(rows);
-            let board = SimulatedBoard::new(opening.seed, &text)?;
-            Source::Simulated(Box::new(board), f64::NEG_INFINITY, opening.speed)
+            let board = SimulatedBoard::new(given.seed, &text)?;
+            Source::Simulated(Box::new(board), f64::NEG_INFINITY, given.speed)
         } else {
             let options = RecorderOptions {
                 name: RECORDING.to_owned(),
@@ -100,21 +100,21 @@ impl Live {
             ..LiveOptions::default()
         };
         let mut live = Live {
-            guide: Guide::new(opening.source, &opening.name, RECORDING, options),
+            guide: Guide::new(given.source, &given.name, RECORDING, options),
             source,
             files: [rows.to_vec(), journal.to_vec()],
-            given: [rows.len(), journal.len()],
+            sent_bytes: [rows.len(), journal.len()],
             has_begun: false,
-            is_mute: false,
+            has_reported: false,
             is_over: false,
-            made: Vec::new(),
-            said: Vec::new(),
+            results: Vec::new(),
+            events: Vec::new(),
         };
         if !rows.is_empty() {
             live.begin();
-            live.note_down();
+            live.append_to_journal();
             // What was said before is said again, and not written again.
-            live.said.extend(live.guide.restore(rows, &past)?);
+            live.events.extend(live.guide.restore(rows, &past)?);
         }
         live.opened(asked.number("now_s").unwrap_or_default());
         let events = live.answer();
@@ -124,13 +124,13 @@ impl Live {
     /// What happens in it: `tick`, `bytes`, `overflow`, `command`, `opened`, `lost`.
     pub fn call(&mut self, asked: &message::Message<'_>) -> Result<Vec<u8>> {
         let now_s = asked.number("now_s").unwrap_or_default();
-        let Wanted { command } = asked.options()?;
+        let Input { command } = asked.options()?;
         let mut done = Ok(());
         match (asked.verb(), command) {
             // It is over: what comes late changes nothing.
             _ if self.is_over => {}
             ("tick", _) => done = self.pass(now_s, b""),
-            ("bytes", _) => done = self.pass(now_s, asked.one("")?.bytes),
+            ("bytes", _) => done = self.pass(now_s, asked.file("")?.bytes),
             ("overflow", _) => done = self.overflow(),
             ("opened", _) => self.opened(now_s),
             ("lost", _) => self.lost(),
@@ -144,26 +144,26 @@ impl Live {
     }
 
     /// What was said goes into the journal.
-    fn note_down(&mut self) {
-        let said = self.guide.take();
-        for message in said.iter().filter(|m| m.is_recorded() && self.has_begun) {
+    fn append_to_journal(&mut self) {
+        let events = self.guide.take();
+        for message in events.iter().filter(|m| m.is_recorded() && self.has_begun) {
             self.files[1].extend_from_slice((message.to_json() + "\n").as_bytes());
         }
-        self.said.extend(said);
+        self.events.extend(events);
     }
 
     fn answer(&mut self) -> Vec<u8> {
-        self.note_down();
-        let said = std::mem::take(&mut self.said);
-        let mut files = std::mem::take(&mut self.made);
+        self.append_to_journal();
+        let events = std::mem::take(&mut self.events);
+        let mut files = std::mem::take(&mut self.results);
         for (i, name) in [RECORDING, JOURNAL].into_iter().enumerate() {
-            let new = &self.files[i][self.given[i]..];
+            let new = &self.files[i][self.sent_bytes[i]..];
             if !new.is_empty() {
                 files.push((name.to_owned(), new.to_vec()));
             }
-            self.given[i] = self.files[i].len();
+            self.sent_bytes[i] = self.files[i].len();
         }
-        answer(json!({ "events": said, "over": self.is_over }), &files)
+        answer(json!({ "events": events, "over": self.is_over }), &files)
     }
 
     // Rows.
@@ -183,7 +183,7 @@ impl Live {
         let created = gravical::calibration_file::creation_time();
         let preamble = format!("# {TOOL} in the browser, {created}, {name}\n");
         recorder.opened(now_s, &name, None, preamble);
-        self.is_mute = false;
+        self.has_reported = false;
         if !self.has_begun {
             let text = format!("{name} is open: waiting for its first rows.");
             self.guide.note(Event::Connecting { name }, &text);
@@ -207,7 +207,7 @@ impl Live {
                 // Without a row the user can do something; later it is the end.
                 let read = match read {
                     Err(e) if e.category() == Category::Device && recorder.counts.rows == 0 => {
-                        self.mute(&e);
+                        self.report_no_rows(&e);
                         Ok(())
                     }
                     read => read,
@@ -232,8 +232,8 @@ impl Live {
     }
 
     /// No row arrives: what helps is said once.
-    fn mute(&mut self, error: &Error) {
-        if std::mem::replace(&mut self.is_mute, true) {
+    fn report_no_rows(&mut self, error: &Error) {
+        if std::mem::replace(&mut self.has_reported, true) {
             return;
         }
         let remedy = match error.code() {
@@ -295,7 +295,7 @@ impl Live {
 
     /// The calibration is that of the files, as `gravical calibrate` computes it of them.
     fn save(&mut self) -> Result<()> {
-        self.note_down();
+        self.append_to_journal();
         let named = |i: usize, name: &'static str| Named::Bytes(Path::new(name), &self.files[i]);
         let files = [named(0, RECORDING), named(1, JOURNAL)];
         let read = ReadOptions {
@@ -319,7 +319,7 @@ impl Live {
             Source::Simulated(board, ..) => Some(board.truth(file)),
             Source::Port(_) => None,
         };
-        self.made = vec![
+        self.results = vec![
             (name.to_owned(), file.to_json()?.into_bytes()),
             (page.to_owned(), html.into_bytes()),
         ];

@@ -29,7 +29,7 @@ impl File<'_> {
 }
 
 impl<'a> Message<'a> {
-    /// The page writes messages, so that a wrong one has no better answer than an empty one.
+    /// A malformed message is read as an empty one; only the page writes them.
     pub fn parse(bytes: &'a [u8]) -> Self {
         let split = |(size, rest): (&[u8; 4], &'a [u8])| {
             rest.split_at_checked(u32::from_le_bytes(*size) as usize)
@@ -71,16 +71,16 @@ impl<'a> Message<'a> {
     }
 
     /// The files of this role.
-    pub fn of<'m>(&'m self, role: &'m str) -> impl Iterator<Item = &'m File<'a>> {
+    pub fn files<'m>(&'m self, role: &'m str) -> impl Iterator<Item = &'m File<'a>> {
         let files = self.files.iter().filter(move |(own, _)| own == role);
         files.map(|(_, file)| file)
     }
 
     /// The one file of this role.
-    pub fn one<'m>(&'m self, role: &'m str) -> Result<&'m File<'a>> {
+    pub fn file<'m>(&'m self, role: &'m str) -> Result<&'m File<'a>> {
         let what = if role.is_empty() { "recording" } else { role };
         let missing = || Error::usage("usage", format!("a file is missing: the {what}"));
-        self.of(role).next().ok_or_else(missing)
+        self.files(role).next().ok_or_else(missing)
     }
 }
 

@@ -35,17 +35,17 @@ type Done = (Value, Vec<(String, Vec<u8>)>);
 /// Runs the verb of a message.
 pub fn run(asked: &Message<'_>) -> Result<Done> {
     match asked.verb() {
-        "inspect" => inspected(asked),
-        "calibrate" => calibrated(asked),
-        "check" => checked(asked),
-        "compare" => compared(asked),
-        "apply" => applied(asked),
-        "convert" => converted(asked),
-        "denoise" => denoised(asked),
-        "noise" => noisy(asked),
-        "motion" => moved(asked),
-        "orient" => turned(asked),
-        "export" => exported(asked),
+        "inspect" => inspect_file(asked),
+        "calibrate" => calibrate_files(asked),
+        "check" => check_files(asked),
+        "compare" => compare_files(asked),
+        "apply" => apply_file(asked),
+        "convert" => convert_to_table(asked),
+        "denoise" => filter_file(asked),
+        "noise" => measure_noise(asked),
+        "motion" => compute_motion(asked),
+        "orient" => compute_orientation(asked),
+        "export" => export_file(asked),
         "targets" => Ok((targets(), Vec::new())),
         other => Err(Error::usage(
             "usage",
@@ -95,8 +95,8 @@ fn recording(
     asked: &Message<'_>,
     read: impl Fn(Named<'_>, &ReadOptions) -> Result<Recording>,
 ) -> Result<Recording> {
-    let (file, options) = (asked.one("")?, reading(asked)?);
-    let Some(gyro) = asked.of("gyro").next() else {
+    let (file, options) = (asked.file("")?, reading(asked)?);
+    let Some(gyro) = asked.files("gyro").next() else {
         return read(file.named(), &options);
     };
     let mut recording = read(file.named(), &options.beside_gyroscope_file())?;
@@ -113,8 +113,8 @@ fn session(asked: &Message<'_>) -> Result<(Vec<Recording>, Vec<gravical::finding
         of_folder: bool,
     }
     let Given { of_folder } = asked.options()?;
-    let files: Vec<Named<'_>> = asked.of("").map(File::named).collect();
-    let gyro = asked.of("gyro").next().map(File::named);
+    let files: Vec<Named<'_>> = asked.files("").map(File::named).collect();
+    let gyro = asked.files("gyro").next().map(File::named);
     let found = read_named_session(&files, of_folder, gyro, &reading(asked)?)?;
     if found.0.is_empty() {
         return Err(Error::input(
@@ -126,12 +126,12 @@ fn session(asked: &Message<'_>) -> Result<(Vec<Recording>, Vec<gravical::finding
 }
 
 fn calibration(asked: &Message<'_>) -> Result<(Calibration, InputFile)> {
-    Calibration::read_with_input(asked.one("calibration")?.named())
+    Calibration::read_with_input(asked.file("calibration")?.named())
 }
 
 /// What a file is: a recording, a calibration, the noise of a sensor, a list of sections.
-fn inspected(asked: &Message<'_>) -> Result<Done> {
-    let file = asked.one("")?;
+fn inspect_file(asked: &Message<'_>) -> Result<Done> {
+    let file = asked.file("")?;
     if let Ok(calibration) = Calibration::parse(file.bytes) {
         let verdict = calibration.verdict();
         let found =
@@ -166,7 +166,7 @@ fn inspected(asked: &Message<'_>) -> Result<Done> {
     ))
 }
 
-fn calibrated(asked: &Message<'_>) -> Result<Done> {
+fn calibrate_files(asked: &Message<'_>) -> Result<Done> {
     let mut options = CalibrateOptions {
         segment: asked.options()?,
         gravity: gravity(asked)?.unwrap_or_default(),
@@ -174,7 +174,7 @@ fn calibrated(asked: &Message<'_>) -> Result<Done> {
         record: asked.options()?,
         ..CalibrateOptions::default()
     };
-    if let Some(file) = asked.of("sections").next() {
+    if let Some(file) = asked.files("sections").next() {
         let (sections, list) = read_sections(file.named())?;
         options.segment.sections = Some(sections);
         options.other_inputs.push(list);
@@ -191,7 +191,7 @@ fn calibrated(asked: &Message<'_>) -> Result<Done> {
     Ok(done(&file, is_poor, Some(html), files))
 }
 
-fn checked(asked: &Message<'_>) -> Result<Done> {
+fn check_files(asked: &Message<'_>) -> Result<Done> {
     let options = CheckOptions {
         gravity: gravity(asked)?,
         ..asked.options()?
@@ -212,8 +212,8 @@ fn checked(asked: &Message<'_>) -> Result<Done> {
     ))
 }
 
-fn compared(asked: &Message<'_>) -> Result<Done> {
-    let two: Vec<&File<'_>> = asked.of("calibration").collect();
+fn compare_files(asked: &Message<'_>) -> Result<Done> {
+    let two: Vec<&File<'_>> = asked.files("calibration").collect();
     let [first, second] = two[..] else {
         return Err(Error::usage("usage", "two calibrations are compared"));
     };
@@ -226,9 +226,9 @@ fn compared(asked: &Message<'_>) -> Result<Done> {
     Ok(done(&result, is_change, html, Vec::new()))
 }
 
-fn applied(asked: &Message<'_>) -> Result<Done> {
+fn apply_file(asked: &Message<'_>) -> Result<Done> {
     let (calibration, _) = calibration(asked)?;
-    let file = asked.one("")?;
+    let file = asked.file("")?;
     let options = ApplyOptions {
         read: reading(asked)?,
         ..asked.options()?
@@ -244,8 +244,8 @@ fn applied(asked: &Message<'_>) -> Result<Done> {
     ))
 }
 
-fn converted(asked: &Message<'_>) -> Result<Done> {
-    let file = asked.one("")?;
+fn convert_to_table(asked: &Message<'_>) -> Result<Done> {
+    let file = asked.file("")?;
     let options: ConvertOptions = asked.options()?;
     let mut table = Vec::new();
     let summary = convert_file(file.named(), &reading(asked)?, &options, &mut table)?;
@@ -257,8 +257,8 @@ fn converted(asked: &Message<'_>) -> Result<Done> {
     ))
 }
 
-fn denoised(asked: &Message<'_>) -> Result<Done> {
-    let file = asked.one("")?;
+fn filter_file(asked: &Message<'_>) -> Result<Done> {
+    let file = asked.file("")?;
     let options: DenoiseOptions = asked.options()?;
     let read = reading(asked)?;
     let mut table = Vec::new();
@@ -277,7 +277,7 @@ fn denoised(asked: &Message<'_>) -> Result<Done> {
     ))
 }
 
-fn noisy(asked: &Message<'_>) -> Result<Done> {
+fn measure_noise(asked: &Message<'_>) -> Result<Done> {
     let result = noise_of(recording(asked, read_named)?)?;
     let figures = figure::noise::figures(&result);
     let html = page(report::noise(&result, &figures), &result.inputs);
@@ -291,13 +291,13 @@ fn noisy(asked: &Message<'_>) -> Result<Done> {
 }
 
 /// The motion of the one recording, with its inputs.
-fn computed(asked: &Message<'_>) -> Result<(Motion, Recording, Vec<InputFile>)> {
+fn motion_of(asked: &Message<'_>) -> Result<(Motion, Recording, Vec<InputFile>)> {
     let options = MotionOptions {
         gravity: gravity(asked)?,
         ..asked.options()?
     };
     options.validate()?;
-    let given = asked.of("calibration").next();
+    let given = asked.files("calibration").next();
     let file = given.map(|file| Calibration::read_with_input(file.named()));
     let file = file.transpose()?;
     let recording = recording(asked, |file, how| read_samples(file, how))?;
@@ -317,9 +317,9 @@ fn written(table: &gravical::motion::MotionTable<'_>, name: String) -> Result<(S
     Ok((name, bytes))
 }
 
-fn moved(asked: &Message<'_>) -> Result<Done> {
-    let (motion, recording, inputs) = computed(asked)?;
-    let table = written(&motion.table(), renamed(asked.one("")?, "-motion.csv"))?;
+fn compute_motion(asked: &Message<'_>) -> Result<Done> {
+    let (motion, recording, inputs) = motion_of(asked)?;
+    let table = written(&motion.table(), renamed(asked.file("")?, "-motion.csv"))?;
     let figures: Vec<Figure> = figure::motion::figures(&motion);
     let html = page(
         report::motion(&motion.result, &recording, &figures),
@@ -329,16 +329,16 @@ fn moved(asked: &Message<'_>) -> Result<Done> {
     Ok(done(&motion.result, is_poor, html, vec![table]))
 }
 
-fn turned(asked: &Message<'_>) -> Result<Done> {
+fn compute_orientation(asked: &Message<'_>) -> Result<Done> {
     #[derive(Deserialize, Default)]
     #[serde(default)]
     struct Given {
         acceleration: bool,
     }
     let Given { acceleration } = asked.options()?;
-    let (motion, recording, inputs) = computed(asked)?;
+    let (motion, recording, inputs) = motion_of(asked)?;
     let result = motion.orientation()?;
-    let name = renamed(asked.one("")?, "-orientation.csv");
+    let name = renamed(asked.file("")?, "-orientation.csv");
     let table = written(&motion.orientation_table(acceleration), name)?;
     let figures = figure::motion::orientation(&motion);
     let html = page(report::orientation(&result, &recording, &figures), &inputs);
@@ -347,7 +347,7 @@ fn turned(asked: &Message<'_>) -> Result<Done> {
 }
 
 /// A calibration as code or parameters, or the noise of a sensor for kalibr.
-fn exported(asked: &Message<'_>) -> Result<Done> {
+fn export_file(asked: &Message<'_>) -> Result<Done> {
     #[derive(Deserialize)]
     struct To {
         to: String,
@@ -357,7 +357,7 @@ fn exported(asked: &Message<'_>) -> Result<Done> {
     let target = Target::find(&to).ok_or_else(unknown)?;
     let options: ExportOptions = asked.options()?;
     target.check(&options)?;
-    let file = asked.one("calibration")?;
+    let file = asked.file("calibration")?;
     let made = if target.is_noise() {
         export_noise(&read_noise(file.named())?, target, &options)?
     } else {
