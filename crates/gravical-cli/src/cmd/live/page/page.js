@@ -163,7 +163,7 @@ function updateRecord() {
   render($("#history ol"), html`${[...state.log].reverse().map(logMarkup)}`);
   const { errors } = state;
   render($("#error svg"), errorsMarkup(errors));
-  render($("#predicted"), errors.length > 0 ? html`at most <b>${inMg(errors.at(-1).worst_mg)}</b> (95 %)` : "");
+  render($("#predicted"), errors.length > 0 ? html`at most <b>${inMg(errors.at(-1).worst_mg)}</b> (${share(errors.at(-1))})` : "");
 }
 
 // A reader of the screen hears what is new, not every tenth of a second that is left.
