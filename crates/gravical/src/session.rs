@@ -47,6 +47,7 @@ pub fn calibrate_files(
 }
 
 /// As a sensor's id: it is the name of the session's folder or file.
+#[doc(hidden)]
 pub const BY_FOLDER: &str = "folder";
 
 /// The name of the session, where it is the sensor's id.
