@@ -132,15 +132,19 @@ fn calibration(asked: &Message<'_>) -> Result<(Calibration, InputFile)> {
 /// What a file is: a recording, a calibration, the noise of a sensor, a list of sections.
 fn inspect_file(asked: &Message<'_>) -> Result<Done> {
     let file = asked.file("")?;
-    if let Ok(calibration) = Calibration::parse(file.bytes) {
-        let verdict = calibration.verdict();
-        let found =
-            json!({ "kind": "calibration", "calibration": calibration, "verdict": verdict });
-        return Ok(done(&found, false, None, Vec::new()));
-    }
     if read_noise(file.named()).is_ok() {
         return Ok(done(&json!({ "kind": "noise" }), false, None, Vec::new()));
     }
+    let no_calibration = match Calibration::read_with_input(file.named()) {
+        Ok((calibration, _)) => {
+            let verdict = calibration.verdict();
+            let found =
+                json!({ "kind": "calibration", "calibration": calibration, "verdict": verdict });
+            return Ok(done(&found, false, None, Vec::new()));
+        }
+        Err(error) => error,
+    };
+    let is_json = file.bytes.trim_ascii_start().starts_with(b"{");
     let recording = match recording(asked, read_named) {
         // A list of sections has columns, too.
         Err(_) if read_sections(file.named()).is_ok() => {
@@ -151,6 +155,7 @@ fn inspect_file(asked: &Message<'_>) -> Result<Done> {
                 Vec::new(),
             ));
         }
+        Err(_) if is_json => return Err(no_calibration),
         recording => recording?,
     };
     let options: SegmentOptions = asked.options()?;
