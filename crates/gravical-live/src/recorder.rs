@@ -2,9 +2,10 @@
 //! the board and events out. It has no clock, no I/O and no threads: time is an argument, in seconds
 //! on any clock that only advances.
 //!
-//! Every line that was received is written: as it is, or as `# rejected:` where it is no row. What a
-//! row is, is the decision of the parser of recordings, which reads the lines as they will stand in the
-//! file; it does not judge them.
+//! Every line that was received is written, as it is or, where it is no row, as `# rejected:`, except: lines
+//! before a reset by opening the port, lines before the board confirms the settings that are wanted, rows in a
+//! pause, and a first line whose start was not received; lines that begin with `#` are escaped. What a row is,
+//! the parser of recordings decides, which reads the lines as they will stand in the file, without judging them.
 
 mod event;
 mod gaps;
@@ -30,7 +31,7 @@ pub use settings::WantedSettings;
 /// detect it, s.
 const MAX_HELD_S: f64 = 6.0;
 const RETRY_S: f64 = 0.5;
-/// Without a row, and without settings that were sent, for this time something is wrong, s.
+/// Time after which missing rows or unconfirmed settings are an error, s.
 const NO_ROWS_S: f64 = 8.0;
 /// Nothing for this time is a silence, s; for a slow board more.
 const SILENCE_S: f64 = 3.0;
@@ -43,12 +44,15 @@ const COMMAND_S: f64 = 2.5;
 const MIN_OTHER_ROWS: u32 = 3;
 /// A hold of three seconds has too few rows for a calibration below this rate, Hz.
 const MIN_RATE_HZ: f64 = 5.0;
-/// The last bytes of a port without rows say why: so many.
+/// Number of last received bytes kept to explain missing rows.
 const RECEIVED_BYTES: usize = 512;
 /// Characters of a rejected line in a message, and of a line in place of rows.
 const QUOTED: usize = 60;
 /// With more than this share of characters that no text has, it is none.
 const MAX_UNREADABLE: f64 = 0.1;
+
+/// Codes of the errors that say what arrives in place of rows.
+pub const NO_ROWS: [&str; 3] = ["board-silent", "board-not-text", "no-samples-from-board"];
 
 /// What is recorded, and until when.
 #[derive(Clone, Default)]
@@ -59,8 +63,6 @@ pub struct RecorderOptions {
     pub columns: Option<ColumnsSpec>,
     /// Settings that the board must have.
     pub wanted: WantedSettings,
-    /// A board without rows is no error: it is reported.
-    pub waits: bool,
     /// Ends after so many rows.
     pub rows: Option<u64>,
     /// Ends so many seconds after the first row, without pauses.
@@ -79,8 +81,6 @@ struct Port {
     /// When the settings that are wanted were sent.
     sent_s: Option<f64>,
     is_silent: bool,
-    /// What was said to arrive in place of rows.
-    said: Option<String>,
 }
 
 /// What has to be done.
@@ -253,7 +253,8 @@ impl Recorder {
     ///
     /// # Errors
     ///
-    /// Those that end the recording: the board sends other columns than before, or no rows.
+    /// Those that end the recording: the board sends other columns than before. What it sends in place of rows
+    /// ([`NO_ROWS`]): the recording goes on if the caller does.
     pub fn bytes(&mut self, now_s: f64, bytes: &[u8]) -> Result<()> {
         if let Some(port) = self.port.as_mut().filter(|_| !bytes.is_empty()) {
             let last_s = port.last_bytes_s.replace(now_s).unwrap_or(now_s);
@@ -312,7 +313,7 @@ impl Recorder {
             }
         }
         if self.counts.rows == 0 && self.is_due(now_s) {
-            return self.report_no_rows();
+            return self.no_rows();
         }
         Ok(())
     }
@@ -356,7 +357,7 @@ impl Recorder {
         if self.end.is_some() || !self.is_set {
             return;
         }
-        // Of numbers whose beginning was not received the first may lack digits.
+        // The first number of a line whose start was not received may lack digits.
         if is_whole || text.iter().any(u8::is_ascii_alphabetic) {
             let (at_s, prefix) = (now_s, self.prefixes.before(&text, now_s));
             self.add(Line { at_s, prefix, text });
@@ -380,7 +381,7 @@ impl Recorder {
         if kinds.is_err() && !is_last {
             // So many lines without a format are no recording.
             self.drop_held(|_| false);
-            return self.report_no_rows();
+            return self.no_rows();
         }
         // Lines that are no recording yet may be one with those that follow.
         let Some(form) = self.reader.form() else {
@@ -587,22 +588,10 @@ impl Recorder {
         port.is_some_and(|port| now_s - port.opened_s >= NO_ROWS_S)
     }
 
-    /// After a while without a row it is said what arrives instead.
-    fn report_no_rows(&mut self) -> Result<()> {
-        let Some(port) = &mut self.port else {
-            return Ok(());
-        };
-        let error = no_rows(&port.name, &port.received).error();
-        let hint = error.hint().unwrap_or_default().to_owned();
-        if !self.options.waits {
-            return Err(error.with_hint(format!("{hint}; --wait waits without end")));
-        }
-        if port.said.as_ref() != Some(&hint) {
-            let text = format!("{}; {hint}", error.message());
-            port.said = Some(hint);
-            self.warn(text);
-        }
-        Ok(())
+    /// After a while without a row: what arrives instead.
+    fn no_rows(&self) -> Result<()> {
+        let port = self.port.as_ref();
+        port.map_or(Ok(()), |port| Err(no_rows(&port.name, &port.received)))
     }
 
     /// Nothing for this time is a silence, s.
@@ -648,7 +637,7 @@ impl Recorder {
             return Ok(());
         };
         match port.sent_s {
-            _ if port.received.is_empty() && is_due => self.report_no_rows(),
+            _ if port.received.is_empty() && is_due => self.no_rows(),
             None if !port.received.is_empty() && now_s - port.opened_s >= COMMAND_S => {
                 port.sent_s = Some(now_s);
                 self.output.commands += &self.options.wanted.commands();
@@ -670,10 +659,10 @@ fn reader(recorder: &RecorderOptions, columns: Option<ColumnsSpec>) -> Follow {
 }
 
 /// Why the last bytes of `port` are no rows.
-fn no_rows(port: &str, bytes: &[u8]) -> Problem {
+fn no_rows(port: &str, bytes: &[u8]) -> Error {
     let port = port.to_owned();
     if bytes.is_empty() {
-        return Problem::BoardSilent { port };
+        return Problem::BoardSilent { port }.error();
     }
     let text = String::from_utf8_lossy(bytes);
     let is_unreadable = |c: &char| {
@@ -682,18 +671,20 @@ fn no_rows(port: &str, bytes: &[u8]) -> Problem {
     };
     let unreadable = text.chars().filter(is_unreadable).count();
     if unreadable as f64 > MAX_UNREADABLE * text.chars().count() as f64 {
-        return Problem::NoText { port };
+        return Problem::NoText { port }.error().advise("baud", "");
     }
     // What follows the last end of a line is a part of one.
     let whole = text.rfind(['\r', '\n']).map_or(&*text, |end| &text[..end]);
     let line = whole.trim_end().rsplit(['\r', '\n']).next();
     let line = quoted(line.unwrap_or_default().trim());
-    Problem::NoSensor { port, line }
+    let error = Problem::NoSensor { port, line }.error();
+    error.advise("columns", "")
 }
 
 fn other_columns(line: &Line) -> Error {
     let line = quoted(&String::from_utf8_lossy(&line.text));
-    Problem::OtherColumns { line }.error()
+    let error = Problem::OtherColumns { line }.error();
+    error.advise("format", "").advise("range", "")
 }
 
 fn quoted(text: &str) -> String {

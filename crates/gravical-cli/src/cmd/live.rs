@@ -277,7 +277,8 @@ impl Args {
             let file = recording.second()?;
             restored_bytes = recording.length();
             let recording = self.board.record(recording, None, None)?;
-            let name = recording.port.clone().unwrap_or("the board".to_owned());
+            // The port gives its name when it is open.
+            let name = self.board.port.clone().unwrap_or("the board".to_owned());
             (SourceKind::Port, name, Box::new(Port { recording, file }))
         };
         Ok(OpenSource {

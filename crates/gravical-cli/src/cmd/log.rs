@@ -83,7 +83,7 @@ pub struct BoardArgs {
     pub wait: bool,
     /// Baud rate
     #[arg(long, value_name = "BAUD", default_value_t = 115_200, value_parser = clap::value_parser!(u32).range(300..=4_000_000))]
-    baud: u32,
+    pub baud: u32,
     /// t,ax,ay,az,-,gx,gy,gz in order, or t=ms,ax=… by name
     #[arg(long, value_name = "LIST", allow_hyphen_values = true)]
     pub columns: Option<ColumnsSpec>,
@@ -107,11 +107,10 @@ impl BoardArgs {
             name: file.path().display().to_string(),
             columns: self.columns.clone(),
             wanted: self.wanted,
-            waits: self.wait,
             rows,
             duration_s,
         };
-        Recording::start(self.port.clone(), self.baud, options, file)
+        Recording::start(self, options, file)
     }
 }
 

@@ -47,8 +47,9 @@ pub struct LogFile {
     length: u64,
     /// Beginning of the file that is continued.
     before: Vec<u8>,
-    /// It cannot be written: it ends with the last whole line. Rows that are lost by that.
+    /// It cannot be written: it ends with the last whole line.
     has_failed: bool,
+    /// Rows that could not be written.
     pub lost_rows: u64,
 }
 
