@@ -21,6 +21,7 @@ use gravical::targets::check_targets;
 use gravical::{Error, Result};
 
 use crate::cmd::log::{BoardArgs, Existing, LogFile, free_path};
+use crate::device::ports::{is_present, list};
 use crate::options::{GravityArgs, number};
 use crate::{failure, interrupt};
 
@@ -209,7 +210,11 @@ impl Args {
                     self.simulate = true;
                     self.seed = name.rsplit(' ').next().and_then(|seed| seed.parse().ok());
                 }
-                Some((_, name)) if self.board.port.is_none() => self.board.port = Some(name),
+                // A browser gives a port another name than the system.
+                Some((_, name)) if self.board.port.is_none() => {
+                    let ports = list().unwrap_or_default();
+                    self.board.port = Some(name).filter(|name| is_present(name, &ports));
+                }
                 _ => {}
             }
         }

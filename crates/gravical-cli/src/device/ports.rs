@@ -112,10 +112,15 @@ fn is_called(port: &PortInfo, name: &str) -> bool {
     port.name == name || std::fs::canonicalize(name).is_ok_and(|real| real == Path::new(&port.name))
 }
 
+/// Whether the computer has a port of this name.
+pub fn is_present(name: &str, ports: &[PortInfo]) -> bool {
+    ports.iter().any(|port| port.name == name) || Path::new(name).exists()
+}
+
 /// The name now of a [`named`] port, which may have changed; none while it is unplugged.
 pub fn find_again(port: &PortInfo, ports: &[PortInfo]) -> Option<String> {
     if port.usb.is_none() {
-        return Path::new(&port.name).exists().then(|| port.name.clone());
+        return is_present(&port.name, ports).then(|| port.name.clone());
     }
     let is_same = |p: &&PortInfo| (&p.usb, &p.serial) == (&port.usb, &port.serial);
     let same: Vec<&PortInfo> = ports.iter().filter(is_same).collect();
@@ -160,6 +165,10 @@ mod tests {
         );
         assert_eq!(the_board(&[plain.clone(), modem.clone()]).unwrap(), modem);
         assert_eq!(the_board(&[modem.clone(), uno.clone()]).unwrap(), uno);
+        // A session of the browser names its board otherwise.
+        let names = ["/dev/ttyACM0", "Arduino (2341:0043)"];
+        let present = names.map(|name| is_present(name, std::slice::from_ref(&uno)));
+        assert_eq!(present, [true, false]);
         let two = [uno.clone(), port("/dev/ttyUSB0", 0x1a86, None)];
         let error = the_board(&two).unwrap_err();
         assert_eq!(error.code(), "several-ports");
