@@ -20,7 +20,7 @@ use gravical::recording::{self, ReadOptions};
 use gravical::targets::check_targets;
 use gravical::{Error, Result};
 
-use crate::cmd::log::{BoardArgs, Existing, LogFile, free_path};
+use crate::cmd::log::{BoardArgs, Existing, LogFile, Recording, free_path};
 use crate::device::ports::{is_present, list};
 use crate::options::{GravityArgs, number};
 use crate::{failure, interrupt};
@@ -270,7 +270,7 @@ impl Args {
             let name = format!("simulated MPU6050, seed {seed}");
             let path = folder.join(RECORDING);
             let simulated = Simulated::open(&path, resumes, seed, self.speed())?;
-            restored_bytes = simulated.file.length();
+            restored_bytes = simulated.file.length;
             (SourceKind::Simulate, name, Box::new(simulated))
         } else {
             make_folder(folder)?;
@@ -280,8 +280,8 @@ impl Args {
             // What a session goes on with are whole lines.
             recording.start()?;
             let file = recording.second()?;
-            restored_bytes = recording.length();
-            let recording = self.board.record(recording, None, None)?;
+            restored_bytes = recording.length;
+            let recording = Recording::start(&self.board, recording, None, None)?;
             // The port gives its name when it is open.
             let name = self.board.port.clone().unwrap_or("the board".to_owned());
             (SourceKind::Port, name, Box::new(Port { recording, file }))

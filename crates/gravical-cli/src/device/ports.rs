@@ -60,13 +60,9 @@ fn described(info: SerialPortInfo) -> PortInfo {
 
 /// A port and what it is: `/dev/ttyACM0  2341:0043  Arduino Uno  [95437]`.
 pub fn line(port: &PortInfo) -> String {
+    let name = Some(port.name.clone());
     let serial = port.serial.as_ref().map(|s| format!("[{s}]"));
-    let parts = [
-        Some(port.name.clone()),
-        port.usb.clone(),
-        port.device.clone(),
-        serial,
-    ];
+    let parts = [name, port.usb.clone(), port.device.clone(), serial];
     parts.into_iter().flatten().collect::<Vec<_>>().join("  ")
 }
 
@@ -98,14 +94,10 @@ pub fn the_board(ports: &[PortInfo]) -> Result<PortInfo> {
 /// The port called `name`, or to which that is a link, under this name; of one that is no USB port
 /// only the name.
 pub fn named(name: &str, ports: &[PortInfo]) -> PortInfo {
-    let port = ports.iter().find(|port| is_called(port, name));
-    PortInfo {
-        name: name.to_owned(),
-        ..port
-            .filter(|port| port.usb.is_some())
-            .cloned()
-            .unwrap_or_default()
-    }
+    let is_it = |port: &&PortInfo| port.usb.is_some() && is_called(port, name);
+    let mut port = ports.iter().find(is_it).cloned().unwrap_or_default();
+    name.clone_into(&mut port.name);
+    port
 }
 
 fn is_called(port: &PortInfo, name: &str) -> bool {

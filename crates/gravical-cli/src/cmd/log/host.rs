@@ -78,7 +78,7 @@ impl Queue {
 /// A recording of a port in a file.
 pub struct Recording {
     inputs: Sender<Input>,
-    outputs: Receiver<Output>,
+    pub outputs: Receiver<Output>,
     writer: Option<JoinHandle<Ended>>,
 }
 
@@ -99,22 +99,33 @@ impl Recording {
     /// # Errors
     ///
     /// Those of the options, of the file and of the port.
-    pub fn start(board: &BoardArgs, options: RecorderOptions, file: LogFile) -> Result<Self> {
+    pub fn start(
+        board: &BoardArgs,
+        file: LogFile,
+        rows: Option<u64>,
+        duration_s: Option<f64>,
+    ) -> Result<Self> {
+        let options = RecorderOptions {
+            name: file.path.display().to_string(),
+            columns: board.columns.clone(),
+            wanted: board.wanted,
+            rows,
+            duration_s,
+        };
         let now = SystemTime::now().duration_since(SystemTime::UNIX_EPOCH);
         let day_s = now.map_or(0.0, |now| now.as_secs_f64() % 86_400.0);
         let (inputs, incoming) = channel();
         let (outgoing, outputs) = channel();
-        let waiting = Arc::default();
         let queue = Queue {
             inputs: inputs.clone(),
-            waiting,
+            waiting: Arc::default(),
             dropped: 0,
         };
         let mut writer = Writer {
             started: Instant::now(),
             heard: Instant::now(),
             now_s: 0.0,
-            recorder: Recorder::new(options, day_s, file.before())?,
+            recorder: Recorder::new(options, day_s, &file.before)?,
             file,
             board: board.clone(),
             target: None,
@@ -155,11 +166,10 @@ impl Recording {
 
     /// Ends it, and waits until everything that has arrived is written, unless it `discards` what is held.
     /// None if it has been ended before.
-    pub fn end(&mut self, discards: bool) -> Option<(Ended, Vec<Output>)> {
+    pub fn end(&mut self, discards: bool) -> Option<Ended> {
         let _ = self.inputs.send(Input::Stop { discards });
         // A panic of that thread has ended the program.
-        let ended = self.writer.take()?.join().ok()?;
-        Some((ended, self.outputs.try_iter().collect()))
+        self.writer.take()?.join().ok()
     }
 }
 
@@ -257,9 +267,13 @@ impl Writer {
                     waiting.fetch_sub(bytes.len() as u64, Ordering::AcqRel);
                     bytes_left = bytes_left.saturating_sub(bytes.len());
                     self.now_s = (at - self.started).as_secs_f64();
-                    self.record_bytes(&bytes)?;
+                    let recorded = self.recorder.bytes(self.now_s, &bytes);
+                    self.wait_for_rows(recorded)?;
                 }
-                Input::Dropped(bytes) => self.recorder.overflow(bytes)?,
+                Input::Dropped(bytes) => {
+                    let recorded = self.recorder.overflow(bytes);
+                    self.wait_for_rows(recorded)?;
+                }
                 Input::Lost(why) => {
                     self.serial = None;
                     if stop.is_none() {
@@ -282,19 +296,18 @@ impl Writer {
         // Without a port nobody else tells the time.
         if self.serial.is_none() {
             self.now_s = self.started.elapsed().as_secs_f64();
-            self.record_bytes(b"")?;
+            let recorded = self.recorder.bytes(self.now_s, b"");
+            self.wait_for_rows(recorded)?;
         }
         Ok(())
     }
 
-    /// Passes bytes to the recorder. Rows that are missing are an error, unless they are waited for.
-    fn record_bytes(&mut self, bytes: &[u8]) -> Result<()> {
-        let Err(error) = self.recorder.bytes(self.now_s, bytes) else {
-            return Ok(());
+    /// What arrives in place of rows is an error, unless rows are waited for.
+    fn wait_for_rows(&mut self, recorded: Result<()>) -> Result<()> {
+        let error = match recorded {
+            Err(error) if NO_ROWS.contains(&error.code()) => error,
+            recorded => return recorded,
         };
-        if !NO_ROWS.contains(&error.code()) {
-            return Err(error);
-        }
         let hint = error.worded_hint(flag).unwrap_or_default();
         if !self.board.wait {
             let more = "gravical ports lists the ports, --wait waits without end";
