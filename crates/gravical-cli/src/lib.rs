@@ -114,7 +114,10 @@ pub fn run(command_line: Vec<OsString>) -> ExitCode {
     let done = interrupt::watch().and_then(|()| cli.verb.run());
     progress::end();
     let code = done.unwrap_or_else(|error| failure::report(&error));
-    // The interpreter of Python does not flush what Rust has buffered.
-    let _ = io::stdout().flush();
+    // The interpreter of Python does not flush what Rust has buffered. The others flush each event, and whoever
+    // reads them may have stopped reading.
+    if !matches!(cli.verb, Verb::Log(_) | Verb::Live(_)) {
+        let _ = io::stdout().flush();
+    }
     code
 }

@@ -123,7 +123,10 @@ impl Journal {
     /// those that it was accepted with.
     pub fn sections(&self, recording: &Recording) -> Result<Vec<Section>> {
         if self.poses.is_empty() {
-            return Err(Problem::NoPose.error().at(&self.folder, None));
+            return Err(Problem::NoPose
+                .error()
+                .advise("resume", "")
+                .at(&self.folder, None));
         }
         let checked = |pose: &Pose| {
             let found = section(pose, recording);

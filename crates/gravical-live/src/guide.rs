@@ -137,7 +137,7 @@ impl Guide {
                 self.note(event, &text);
                 "Done"
             }
-            None => "Done, and not saved (-o cal.json does)",
+            None => "Done, and not saved",
         };
         if let Some((event, text)) = truth {
             self.note(event, &text);

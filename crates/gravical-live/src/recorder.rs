@@ -2,9 +2,10 @@
 //! the board and events out. It has no clock, no I/O and no threads: time is an argument, in seconds
 //! on any clock that only advances.
 //!
-//! Every line that was received is written: as it is, or as `# rejected:` where it is no row. What a
-//! row is, is the decision of the parser of recordings, which reads the lines as they will stand in the
-//! file; it does not judge them.
+//! Every line that was received is written, as it is or, where it is no row, as `# rejected:`, except: lines
+//! before a reset by opening the port, lines before the board confirms the settings that are wanted, rows in a
+//! pause, and a first line whose start was not received; lines that begin with `#` are escaped. What a row is,
+//! the parser of recordings decides, which reads the lines as they will stand in the file, without judging them.
 
 mod event;
 mod gaps;
@@ -30,7 +31,7 @@ pub use settings::WantedSettings;
 /// detect it, s.
 const MAX_HELD_S: f64 = 6.0;
 const RETRY_S: f64 = 0.5;
-/// Without a row, and without settings that were sent, for this time something is wrong, s.
+/// Time after which missing rows or unconfirmed settings are an error, s.
 const NO_ROWS_S: f64 = 8.0;
 /// Nothing for this time is a silence, s; for a slow board more.
 const SILENCE_S: f64 = 3.0;
@@ -43,12 +44,15 @@ const COMMAND_S: f64 = 2.5;
 const MIN_OTHER_ROWS: u32 = 3;
 /// A hold of three seconds has too few rows for a calibration below this rate, Hz.
 const MIN_RATE_HZ: f64 = 5.0;
-/// The last bytes of a port without rows say why: so many.
+/// Number of last received bytes kept to explain missing rows.
 const RECEIVED_BYTES: usize = 512;
 /// Characters of a rejected line in a message, and of a line in place of rows.
 const QUOTED: usize = 60;
 /// With more than this share of characters that no text has, it is none.
 const MAX_UNREADABLE: f64 = 0.1;
+
+/// Codes of the errors that say what arrives in place of rows.
+pub const NO_ROWS: [&str; 3] = ["board-silent", "board-not-text", "no-samples-from-board"];
 
 /// What is recorded, and until when.
 #[derive(Clone, Default)]
@@ -59,8 +63,6 @@ pub struct RecorderOptions {
     pub columns: Option<ColumnsSpec>,
     /// Settings that the board must have.
     pub wanted: WantedSettings,
-    /// A board without rows is no error: it is reported.
-    pub waits: bool,
     /// Ends after so many rows.
     pub rows: Option<u64>,
     /// Ends so many seconds after the first row, without pauses.
@@ -79,8 +81,6 @@ struct Port {
     /// When the settings that are wanted were sent.
     sent_s: Option<f64>,
     is_silent: bool,
-    /// What was said to arrive in place of rows.
-    said: Option<String>,
 }
 
 /// What has to be done.
@@ -97,8 +97,6 @@ pub struct Output {
 /// One recording.
 pub struct Recorder {
     options: RecorderOptions,
-    /// Time of day at the time zero, s (UTC).
-    day_s: f64,
     /// The board has the settings that are wanted; until then its lines are dropped.
     is_set: bool,
     /// How rows are written. Until that is known lines are held.
@@ -130,22 +128,20 @@ pub struct Recorder {
 }
 
 impl Recorder {
-    /// A recording without a port. `before`: the beginning of the file that it continues; empty for a
-    /// new one.
+    /// A recording without a port. `day_s`: time of day at the time zero, s (UTC); `before`: the beginning of the
+    /// file that it continues, empty for a new one.
     ///
     /// # Errors
     ///
     /// Those of the reader for the file that is continued.
     pub fn new(options: RecorderOptions, day_s: f64, before: &[u8]) -> Result<Self> {
-        let columns = options.columns.clone().filter(|_| before.is_empty());
         let mut recorder = Recorder {
             is_set: options.wanted.commands().is_empty(),
             form: None,
             next_s: 0.0,
-            day_s,
             end: None,
             port: None,
-            reader: reader(&options, columns),
+            reader: reader(&options, before.is_empty()),
             options,
             preamble: String::new(),
             prefixes: Prefixes::of_file(before, day_s),
@@ -199,10 +195,6 @@ impl Recorder {
         self.output.events.push(event);
     }
 
-    fn warn(&mut self, text: String) {
-        self.report(Event::Warning { text });
-    }
-
     // Inputs.
 
     /// A port was opened; `device` is the device behind it. `preamble` becomes the first line of the
@@ -211,16 +203,11 @@ impl Recorder {
         if self.counts.rows == 0 {
             self.preamble = preamble;
         }
-        let name = port.to_owned();
-        self.report(Event::Opened {
-            port: name.clone(),
-            device,
-        });
-        self.port = Some(Port {
-            name,
-            opened_s: now_s,
-            ..Port::default()
-        });
+        let mut opened = Port::default();
+        (opened.name, opened.opened_s) = (port.to_owned(), now_s);
+        self.port = Some(opened);
+        let port = port.to_owned();
+        self.report(Event::Opened { port, device });
     }
 
     /// The port is lost; `why` is the system's message.
@@ -243,17 +230,18 @@ impl Recorder {
         if let Some(port) = &mut self.port {
             port.splitter = Splitter::default();
         }
-        self.classify(false)?;
+        let classified = self.classify(false);
         self.gaps.overflow(bytes);
         self.has_dropped = true;
-        Ok(())
+        classified
     }
 
     /// Bytes of the board; none: time passes.
     ///
     /// # Errors
     ///
-    /// Those that end the recording: the board sends other columns than before, or no rows.
+    /// Those that end the recording: the board sends other columns than before. What it sends in place of rows
+    /// ([`NO_ROWS`]): the recording goes on if the caller does.
     pub fn bytes(&mut self, now_s: f64, bytes: &[u8]) -> Result<()> {
         if let Some(port) = self.port.as_mut().filter(|_| !bytes.is_empty()) {
             let last_s = port.last_bytes_s.replace(now_s).unwrap_or(now_s);
@@ -263,9 +251,8 @@ impl Recorder {
             port.received.drain(..old);
             let lines = port.splitter.push(bytes);
             if now_s - last_s >= RESET_SILENCE_S && now_s - port.opened_s < RESET_S {
-                let begins_word =
-                    |line: &Line| line.text.first().is_some_and(u8::is_ascii_alphabetic);
-                self.drop_held(|line| line.is_comment() || begins_word(line));
+                let begins_head = |byte: &u8| byte.is_ascii_alphabetic() || *byte == b'#';
+                self.drop_held(|line| line.text.first().is_some_and(begins_head));
             }
             for (line, is_whole) in lines {
                 self.line(now_s, line, is_whole);
@@ -303,16 +290,16 @@ impl Recorder {
         if self.form.is_some() {
             self.notice_silence(now_s);
             self.end_at(now_s);
-        } else {
+        } else if now_s >= self.next_s {
             // Of a slow board what is held is taken as it is, after a while.
             let held_s = self.waiting.front().map_or(0.0, |line| now_s - line.at_s);
-            if now_s >= self.next_s && (self.is_due(now_s) || held_s >= MAX_HELD_S) {
+            if self.is_due(now_s) || held_s >= MAX_HELD_S {
                 self.next_s = now_s + RETRY_S;
                 self.classify(true)?;
             }
         }
         if self.counts.rows == 0 && self.is_due(now_s) {
-            return self.report_no_rows();
+            return self.no_rows();
         }
         Ok(())
     }
@@ -356,7 +343,7 @@ impl Recorder {
         if self.end.is_some() || !self.is_set {
             return;
         }
-        // Of numbers whose beginning was not received the first may lack digits.
+        // The first number of a line whose start was not received may lack digits.
         if is_whole || text.iter().any(u8::is_ascii_alphabetic) {
             let (at_s, prefix) = (now_s, self.prefixes.before(&text, now_s));
             self.add(Line { at_s, prefix, text });
@@ -380,26 +367,22 @@ impl Recorder {
         if kinds.is_err() && !is_last {
             // So many lines without a format are no recording.
             self.drop_held(|_| false);
-            return self.report_no_rows();
+            return self.no_rows();
         }
         // Lines that are no recording yet may be one with those that follow.
-        let Some(form) = self.reader.form() else {
-            return Ok(());
-        };
-        self.begin(form)
+        let form = self.reader.form();
+        form.map_or(Ok(()), |form| self.begin(form))
     }
 
     /// Writes the lines that were held, whose format is known now.
     fn begin(&mut self, form: Form) -> Result<()> {
-        let columns = self.options.columns.clone();
-        self.prefixes = Prefixes::new(&form, columns.is_some(), self.day_s);
-        let mut header = self.prefixes.header(&form);
-        self.reader = reader(&self.options, columns.filter(|_| header.is_none()));
+        let is_named = self.options.columns.is_some();
+        self.prefixes.set_form(&form, is_named);
+        let header = self.prefixes.header(&form);
+        self.reader = reader(&self.options, header.is_none());
         for (at, mut line) in std::mem::take(&mut self.waiting).into_iter().enumerate() {
-            if at == form.head_lines
-                && let Some(header) = header.take()
-            {
-                self.add(Line::plain(line.at_s, header));
+            if let Some(header) = header.as_ref().filter(|_| at == form.head_lines) {
+                self.add(Line::plain(line.at_s, header.as_str()));
             }
             if at >= form.head_lines || at + 1 == form.header_line {
                 line.prefix = self.prefixes.before(&line.text, line.at_s);
@@ -407,18 +390,17 @@ impl Recorder {
             self.add(line);
         }
         let text = std::mem::take(&mut self.unread);
-        let kinds = self.reader.classify(&text, true);
-        let kinds = kinds.map_err(|error| {
+        let kinds = self.reader.classify(&text, true).map_err(|error| {
             let why = error.message().to_owned();
             Problem::Unreadable { why }.error()
         })?;
         self.form = self.reader.form();
         self.judged(kinds)?;
-        let slow_hz = self.rate_hz().filter(|rate_hz| *rate_hz < MIN_RATE_HZ);
-        if let Some(rate_hz) = slow_hz {
-            self.warn(format!(
+        if let Some(rate_hz) = self.rate_hz().filter(|rate_hz| *rate_hz < MIN_RATE_HZ) {
+            let text = format!(
                 "the board sends {rate_hz:.1} rows a second, too few for a calibration, which needs {MIN_RATE_HZ}, better 50: shorten the delay of its sketch, for example from delay(500) to delay(10), and upload it again"
-            ));
+            );
+            self.report(Event::Warning { text });
         }
         Ok(())
     }
@@ -434,12 +416,10 @@ impl Recorder {
 
     /// Writes a line, unless it may be a header of other columns, or stands below one.
     fn decide(&mut self, line: Line, kind: LineKind) -> Result<()> {
-        let is_row = self
-            .other_header
-            .as_ref()
-            .map(|header| header.is_row(&line));
-        if let (Some(header), Some(None | Some(true))) = (&mut self.other_header, is_row) {
-            header.rows += u32::from(is_row == Some(Some(true)));
+        if let Some(header) = &mut self.other_header
+            && let Some(rows) = header.rows_in(&line)
+        {
+            header.rows += rows;
             header.lines.push((line, kind));
             if header.rows < MIN_OTHER_ROWS {
                 return Ok(());
@@ -448,9 +428,7 @@ impl Recorder {
         }
         self.refute_header();
         match kind {
-            LineKind::OtherHeader if line.is_comment() => {
-                return Err(other_columns(&line));
-            }
+            LineKind::OtherHeader if line.is_comment() => return Err(other_columns(&line)),
             LineKind::OtherHeader => self.other_header = Some(OtherHeader::new(line)),
             _ => self.put(&line, kind),
         }
@@ -470,15 +448,12 @@ impl Recorder {
             return;
         }
         match kind {
-            LineKind::Row(stamp) if !self.is_noise(line) => {
-                if self.begin_row(line.at_s, stamp) {
-                    self.write(&line.in_file());
-                }
-            }
-            LineKind::Other if line.is_comment() || !self.is_noise(line) => {
-                self.write(&line.in_file());
-            }
-            _ => self.reject(&line.text),
+            LineKind::Row(stamp) if !self.is_noise(line) => self.begin_row(line.at_s, stamp),
+            LineKind::Other if line.is_comment() || !self.is_noise(line) => {}
+            _ => return self.reject(&line.text),
+        }
+        if self.end.is_none() {
+            self.write(&line.in_file());
         }
     }
 
@@ -494,11 +469,11 @@ impl Recorder {
     }
 
     /// A row follows, unless it ends here.
-    fn begin_row(&mut self, at_s: f64, stamp: f64) -> bool {
+    fn begin_row(&mut self, at_s: f64, stamp: f64) {
         self.began_s = self.began_s.min(at_s);
         self.end_at(at_s);
         if self.end.is_some() {
-            return false;
+            return;
         }
         if self.counts.rows == 0 {
             let roles = self.form.as_ref().map(|form| form.roles.join(","));
@@ -512,7 +487,6 @@ impl Recorder {
             self.name_gap(gap);
         }
         self.counts.rows += 1;
-        true
     }
 
     fn name_gap(&mut self, gap: Gap) {
@@ -527,16 +501,11 @@ impl Recorder {
 
     /// Ends it once all that was asked for is there.
     fn end_at(&mut self, now_s: f64) {
-        let elapsed_s = self.elapsed_s(now_s);
-        if self.options.rows == Some(self.counts.rows) {
-            self.end.get_or_insert(End::Rows);
-        } else if self
-            .options
-            .duration_s
-            .is_some_and(|max_s| elapsed_s >= max_s)
-        {
-            self.end.get_or_insert(End::Duration);
-        }
+        let (options, elapsed_s) = (&self.options, self.elapsed_s(now_s));
+        let has_rows = options.rows == Some(self.counts.rows);
+        let is_over = options.duration_s.is_some_and(|max_s| elapsed_s >= max_s);
+        let duration = is_over.then_some(End::Duration);
+        self.end = self.end.or(has_rows.then_some(End::Rows)).or(duration);
     }
 
     fn rate_hz(&self) -> Option<f64> {
@@ -557,8 +526,8 @@ impl Recorder {
         if text.is_empty() {
             return;
         }
-        self.counts.rejected += 1;
         self.gaps.rejected += 1;
+        self.counts.rejected += 1;
         let count = self.counts.rejected;
         if count.is_power_of_two() {
             let line = text.chars().take(QUOTED).collect();
@@ -570,12 +539,11 @@ impl Recorder {
     /// Lines whose format is not known are of another start, but for those that are kept.
     fn drop_held(&mut self, keeps: impl Fn(&Line) -> bool) {
         if self.form.is_none() {
-            self.reader = reader(&self.options, self.options.columns.clone());
+            self.reader = reader(&self.options, true);
             self.unread.clear();
             let held = std::mem::take(&mut self.waiting);
-            held.into_iter()
-                .filter(keeps)
-                .for_each(|line| self.add(line));
+            let kept = held.into_iter().filter(keeps);
+            kept.for_each(|line| self.add(line));
         }
     }
 
@@ -587,22 +555,10 @@ impl Recorder {
         port.is_some_and(|port| now_s - port.opened_s >= NO_ROWS_S)
     }
 
-    /// After a while without a row it is said what arrives instead.
-    fn report_no_rows(&mut self) -> Result<()> {
-        let Some(port) = &mut self.port else {
-            return Ok(());
-        };
-        let error = no_rows(&port.name, &port.received).error();
-        let hint = error.hint().unwrap_or_default().to_owned();
-        if !self.options.waits {
-            return Err(error.with_hint(format!("{hint}; --wait waits without end")));
-        }
-        if port.said.as_ref() != Some(&hint) {
-            let text = format!("{}; {hint}", error.message());
-            port.said = Some(hint);
-            self.warn(text);
-        }
-        Ok(())
+    /// After a while without a row: what arrives instead.
+    fn no_rows(&self) -> Result<()> {
+        let port = self.port.as_ref();
+        port.map_or(Ok(()), |port| Err(no_rows(&port.name, &port.received)))
     }
 
     /// Nothing for this time is a silence, s.
@@ -636,8 +592,8 @@ impl Recorder {
             // Rows before are of another start, or have no header.
             self.drop_held(Line::is_comment);
         } else if !is_met {
-            let text = "the board was reset and has other settings than those asked for";
-            self.warn(text.to_owned());
+            let text = "the board was reset and has other settings than those asked for".to_owned();
+            self.report(Event::Warning { text });
         }
     }
 
@@ -648,7 +604,7 @@ impl Recorder {
             return Ok(());
         };
         match port.sent_s {
-            _ if port.received.is_empty() && is_due => self.report_no_rows(),
+            _ if port.received.is_empty() && is_due => self.no_rows(),
             None if !port.received.is_empty() && now_s - port.opened_s >= COMMAND_S => {
                 port.sent_s = Some(now_s);
                 self.output.commands += &self.options.wanted.commands();
@@ -660,40 +616,41 @@ impl Recorder {
     }
 }
 
-/// A reader of the file, which holds no rows.
-fn reader(recorder: &RecorderOptions, columns: Option<ColumnsSpec>) -> Follow {
+/// A reader of the file, which holds no rows. Behind a header of the names that the user gives it needs no
+/// names.
+fn reader(recorder: &RecorderOptions, is_named: bool) -> Follow {
     let options = ReadOptions {
-        columns,
+        columns: recorder.columns.clone().filter(|_| is_named),
         ..ReadOptions::default()
     };
     Follow::new(&recorder.name, options, 0)
 }
 
 /// Why the last bytes of `port` are no rows.
-fn no_rows(port: &str, bytes: &[u8]) -> Problem {
+fn no_rows(port: &str, bytes: &[u8]) -> Error {
     let port = port.to_owned();
     if bytes.is_empty() {
-        return Problem::BoardSilent { port };
+        return Problem::BoardSilent { port }.error();
     }
     let text = String::from_utf8_lossy(bytes);
-    let is_unreadable = |c: &char| {
-        *c == char::REPLACEMENT_CHARACTER
-            || c.is_control() && !matches!(c, '\r' | '\n' | '\t' | '\u{1b}')
-    };
+    let is_control = |c: &char| c.is_control() && !"\r\n\t\u{1b}".contains(*c);
+    let is_unreadable = |c: &char| *c == char::REPLACEMENT_CHARACTER || is_control(c);
     let unreadable = text.chars().filter(is_unreadable).count();
     if unreadable as f64 > MAX_UNREADABLE * text.chars().count() as f64 {
-        return Problem::NoText { port };
+        return Problem::NoText { port }.error().advise("baud", "");
     }
     // What follows the last end of a line is a part of one.
     let whole = text.rfind(['\r', '\n']).map_or(&*text, |end| &text[..end]);
     let line = whole.trim_end().rsplit(['\r', '\n']).next();
     let line = quoted(line.unwrap_or_default().trim());
-    Problem::NoSensor { port, line }
+    let error = Problem::NoSensor { port, line }.error();
+    error.advise("columns", "")
 }
 
 fn other_columns(line: &Line) -> Error {
     let line = quoted(&String::from_utf8_lossy(&line.text));
-    Problem::OtherColumns { line }.error()
+    let error = Problem::OtherColumns { line }.error();
+    error.advise("format", "").advise("range", "")
 }
 
 fn quoted(text: &str) -> String {
@@ -910,7 +867,7 @@ mod tests {
             if bench.recorder.counts.rows < 130 {
                 continue;
             }
-            let mut reader = reader(&RecorderOptions::default(), None);
+            let mut reader = reader(&RecorderOptions::default(), false);
             let kinds = reader.classify(text.as_bytes(), true);
             let kinds = kinds.unwrap_or_else(|e| panic!("{e}: {seed}\n{text}"));
             let is_row = |kind: &&LineKind| matches!(kind, LineKind::Row(_));

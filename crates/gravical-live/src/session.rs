@@ -173,7 +173,7 @@ impl Session {
 
     fn samples(&mut self, samples: Vec<Sample>) -> Result<Vec<Message>> {
         if self.reading.is_calibrated_by_board() {
-            return Err(Problem::AlreadyCalibrated.error());
+            return Err(Problem::AlreadyCalibrated.error().advise("format", "si"));
         }
         for sample in samples {
             self.sample(sample)?;
@@ -507,7 +507,7 @@ impl Session {
         let Some(nominal) = scale.nominal().or(by_gravity) else {
             self.end_try();
             let text = format!(
-                "‖a‖ at rest is {norm:.4}: gravity in no unit. Raw values are needed, with gravity; or give the unit with --accel-unit."
+                "‖a‖ at rest is {norm:.4}: gravity in no unit. Raw values are needed, with gravity."
             );
             self.reject((Rejection::Units, text));
             return false;

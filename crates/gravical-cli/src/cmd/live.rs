@@ -20,7 +20,8 @@ use gravical::recording::{self, ReadOptions};
 use gravical::targets::check_targets;
 use gravical::{Error, Result};
 
-use crate::cmd::log::{BoardArgs, Existing, LogFile, free_path};
+use crate::cmd::log::{BoardArgs, Existing, LogFile, Recording, free_path};
+use crate::device::ports::{is_present, list};
 use crate::options::{GravityArgs, number};
 use crate::{failure, interrupt};
 
@@ -209,7 +210,11 @@ impl Args {
                     self.simulate = true;
                     self.seed = name.rsplit(' ').next().and_then(|seed| seed.parse().ok());
                 }
-                Some((_, name)) if self.board.port.is_none() => self.board.port = Some(name),
+                // A browser gives a port another name than the system.
+                Some((_, name)) if self.board.port.is_none() => {
+                    let ports = list().unwrap_or_default();
+                    self.board.port = Some(name).filter(|name| is_present(name, &ports));
+                }
                 _ => {}
             }
         }
@@ -265,7 +270,7 @@ impl Args {
             let name = format!("simulated MPU6050, seed {seed}");
             let path = folder.join(RECORDING);
             let simulated = Simulated::open(&path, resumes, seed, self.speed())?;
-            restored_bytes = simulated.file.length();
+            restored_bytes = simulated.file.length;
             (SourceKind::Simulate, name, Box::new(simulated))
         } else {
             make_folder(folder)?;
@@ -275,9 +280,10 @@ impl Args {
             // What a session goes on with are whole lines.
             recording.start()?;
             let file = recording.second()?;
-            restored_bytes = recording.length();
-            let recording = self.board.record(recording, None, None)?;
-            let name = recording.port.clone().unwrap_or("the board".to_owned());
+            restored_bytes = recording.length;
+            let recording = Recording::start(&self.board, recording, None, None)?;
+            // The port gives its name when it is open.
+            let name = self.board.port.clone().unwrap_or("the board".to_owned());
             (SourceKind::Port, name, Box::new(Port { recording, file }))
         };
         Ok(OpenSource {

@@ -10,12 +10,9 @@ use std::path::PathBuf;
 use std::process::ExitCode;
 use std::sync::atomic::Ordering;
 
-use gravical::Result;
 use gravical::escape::shell_word;
 use gravical::inspect::{Inspection, inspect};
-use gravical::live::recorder::{
-    Counts, End, Event, Output, RecorderOptions, Status, WantedSettings,
-};
+use gravical::live::recorder::{Counts, End, Event, Output, Status, WantedSettings};
 use gravical::numfmt::count;
 use gravical::poses::face::AxisMap;
 use gravical::recording::{ColumnsSpec, Follow, ReadOptions, read};
@@ -83,44 +80,12 @@ pub struct BoardArgs {
     pub wait: bool,
     /// Baud rate
     #[arg(long, value_name = "BAUD", default_value_t = 115_200, value_parser = clap::value_parser!(u32).range(300..=4_000_000))]
-    baud: u32,
+    pub baud: u32,
     /// t,ax,ay,az,-,gx,gy,gz in order, or t=ms,ax=… by name
     #[arg(long, value_name = "LIST", allow_hyphen_values = true)]
     pub columns: Option<ColumnsSpec>,
     #[command(flatten)]
     pub wanted: WantedSettings,
-}
-
-impl BoardArgs {
-    /// Records into this file.
-    ///
-    /// # Errors
-    ///
-    /// Those of the options, of the file and of the port.
-    pub fn record(
-        &self,
-        file: LogFile,
-        rows: Option<u64>,
-        duration_s: Option<f64>,
-    ) -> Result<Recording> {
-        let options = RecorderOptions {
-            name: file.path().display().to_string(),
-            columns: self.columns.clone(),
-            wanted: self.wanted,
-            waits: self.wait,
-            rows,
-            duration_s,
-        };
-        Recording::start(self.port.clone(), self.baud, options, file)
-    }
-}
-
-impl Args {
-    fn file(&self) -> PathBuf {
-        let axis = self.axis.as_ref().map(|axis| format!("{axis}_axis.csv"));
-        let default = axis.unwrap_or_else(|| "recording.csv".to_owned());
-        self.output.clone().unwrap_or_else(|| default.into())
-    }
 }
 
 /// Runs the command.
@@ -129,9 +94,12 @@ pub fn run(args: &Args) -> anyhow::Result<ExitCode> {
     let interrupted = interrupt::flag();
     args.board.wanted.validate()?;
     // Before the port, whose opening resets the board.
-    let file = LogFile::open(&args.file(), args.existing)?;
-    let mut judge = Judge::new(file.before());
-    let mut recording = args.board.record(file, args.rows, args.duration)?;
+    let axis = args.axis.as_ref().map(|axis| format!("{axis}_axis.csv"));
+    let default = axis.unwrap_or_else(|| "recording.csv".to_owned());
+    let path = args.output.clone().unwrap_or_else(|| default.into());
+    let file = LogFile::open(&path, args.existing)?;
+    let mut judge = Judge::new(&file.before);
+    let mut recording = Recording::start(&args.board, file, args.rows, args.duration)?;
     let keys = Keys::new();
     reporter.screen.is_raw = keys.is_some();
     while let Some(output) = recording.next() {
@@ -146,10 +114,10 @@ pub fn run(args: &Args) -> anyhow::Result<ExitCode> {
     }
     reporter.screen.close();
     drop(keys);
-    let Some((ended, outputs)) = recording.end(false) else {
+    let Some(ended) = recording.end(false) else {
         return Ok(ExitCode::SUCCESS);
     };
-    for output in outputs {
+    for output in recording.outputs.try_iter() {
         judge.report(output, &mut reporter);
     }
     end(args, ended, &mut reporter)
@@ -159,8 +127,6 @@ pub fn run(args: &Args) -> anyhow::Result<ExitCode> {
 struct Judge {
     reader: Follow,
     unread: Vec<u8>,
-    /// Lines that the reader has not got since the last judgement.
-    has_new: bool,
     /// Kinds of what was found.
     found: BTreeSet<String>,
 }
@@ -170,13 +136,11 @@ impl Judge {
         Judge {
             reader: Follow::new("recording.csv", ReadOptions::default(), JUDGED_ROWS),
             unread: before.to_vec(),
-            has_new: false,
             found: BTreeSet::new(),
         }
     }
 
     fn report(&mut self, output: Output, reporter: &mut Reporter) {
-        self.has_new |= !output.lines.is_empty();
         self.unread.extend(output.lines);
         if self.reader.form().is_some() && self.unread.len() > JUDGED_BYTES {
             let old = self.unread.len() - JUDGED_BYTES;
@@ -193,7 +157,7 @@ impl Judge {
 
     /// Adds what the last rows say. Without new rows nothing is known of this second.
     fn observe(&mut self, status: &mut Status, reporter: &mut Reporter) {
-        if !std::mem::take(&mut self.has_new) {
+        if self.unread.is_empty() {
             return;
         }
         let text = std::mem::take(&mut self.unread);
@@ -251,7 +215,7 @@ impl Summary {
 
 /// Reports the summary.
 fn end(args: &Args, ended: Ended, reporter: &mut Reporter) -> anyhow::Result<ExitCode> {
-    let (recorder, path) = (&ended.recorder, ended.file.path());
+    let (recorder, path) = (&ended.recorder, &ended.file.path);
     let counts = recorder.counts;
     let mut inspection = None;
     if counts.rows == 0 {

@@ -60,13 +60,9 @@ fn described(info: SerialPortInfo) -> PortInfo {
 
 /// A port and what it is: `/dev/ttyACM0  2341:0043  Arduino Uno  [95437]`.
 pub fn line(port: &PortInfo) -> String {
+    let name = Some(port.name.clone());
     let serial = port.serial.as_ref().map(|s| format!("[{s}]"));
-    let parts = [
-        Some(port.name.clone()),
-        port.usb.clone(),
-        port.device.clone(),
-        serial,
-    ];
+    let parts = [name, port.usb.clone(), port.device.clone(), serial];
     parts.into_iter().flatten().collect::<Vec<_>>().join("  ")
 }
 
@@ -98,24 +94,25 @@ pub fn the_board(ports: &[PortInfo]) -> Result<PortInfo> {
 /// The port called `name`, or to which that is a link, under this name; of one that is no USB port
 /// only the name.
 pub fn named(name: &str, ports: &[PortInfo]) -> PortInfo {
-    let port = ports.iter().find(|port| is_called(port, name));
-    PortInfo {
-        name: name.to_owned(),
-        ..port
-            .filter(|port| port.usb.is_some())
-            .cloned()
-            .unwrap_or_default()
-    }
+    let is_it = |port: &&PortInfo| port.usb.is_some() && is_called(port, name);
+    let mut port = ports.iter().find(is_it).cloned().unwrap_or_default();
+    name.clone_into(&mut port.name);
+    port
 }
 
 fn is_called(port: &PortInfo, name: &str) -> bool {
     port.name == name || std::fs::canonicalize(name).is_ok_and(|real| real == Path::new(&port.name))
 }
 
+/// Whether the computer has a port of this name.
+pub fn is_present(name: &str, ports: &[PortInfo]) -> bool {
+    ports.iter().any(|port| port.name == name) || Path::new(name).exists()
+}
+
 /// The name now of a [`named`] port, which may have changed; none while it is unplugged.
 pub fn find_again(port: &PortInfo, ports: &[PortInfo]) -> Option<String> {
     if port.usb.is_none() {
-        return Path::new(&port.name).exists().then(|| port.name.clone());
+        return is_present(&port.name, ports).then(|| port.name.clone());
     }
     let is_same = |p: &&PortInfo| (&p.usb, &p.serial) == (&port.usb, &port.serial);
     let same: Vec<&PortInfo> = ports.iter().filter(is_same).collect();
@@ -160,6 +157,10 @@ mod tests {
         );
         assert_eq!(the_board(&[plain.clone(), modem.clone()]).unwrap(), modem);
         assert_eq!(the_board(&[modem.clone(), uno.clone()]).unwrap(), uno);
+        // A session of the browser names its board otherwise.
+        let names = ["/dev/ttyACM0", "Arduino (2341:0043)"];
+        let present = names.map(|name| is_present(name, std::slice::from_ref(&uno)));
+        assert_eq!(present, [true, false]);
         let two = [uno.clone(), port("/dev/ttyUSB0", 0x1a86, None)];
         let error = the_board(&two).unwrap_err();
         assert_eq!(error.code(), "several-ports");

@@ -10,6 +10,8 @@ use gravical::escape::shell_word;
 use gravical::{Error, Result};
 use serialport::{ErrorKind, SerialPort};
 
+use super::ports::{is_present, list};
+
 /// Longest wait of one read. After a silence of this time the thread sends no bytes, by which the writer
 /// knows the time, and it notices that nobody wants more, and ends.
 const READ: Duration = Duration::from_millis(10);
@@ -81,11 +83,8 @@ fn read(
     let mut bytes = [0; 4096];
     let (mut last_reads, mut silent_reads) = (0, 0);
     loop {
-        if is_closing.load(Ordering::Acquire) {
-            last_reads += 1;
-        } else {
-            silent_reads = 0;
-        }
+        let is_last = is_closing.load(Ordering::Acquire);
+        last_reads += u32::from(is_last);
         let read = match port.read(&mut bytes) {
             // The other end of a pseudo-terminal is closed.
             Ok(0) => Err(closed()),
@@ -93,13 +92,13 @@ fn read(
             Err(e) if matches!(e.kind(), TimedOut | Interrupted | WouldBlock) => Ok(Vec::new()),
             Err(e) => Err(e),
         };
-        let is_empty = read.as_ref().is_ok_and(Vec::is_empty);
-        silent_reads = if is_empty { silent_reads + 1 } else { 0 };
+        let is_silent = is_last && read.as_ref().is_ok_and(Vec::is_empty);
+        silent_reads = if is_silent { silent_reads + 1 } else { 0 };
         let is_lost = read.is_err();
         if !pass_on(read) || is_lost {
             return;
         }
-        if last_reads > 0 && silent_reads >= SILENT_READS || last_reads >= LAST_READS {
+        if silent_reads >= SILENT_READS || last_reads >= LAST_READS {
             pass_on(Err(closed()));
             return;
         }
@@ -113,27 +112,23 @@ fn closed() -> io::Error {
 /// The error for a `path` that could not be opened.
 fn trouble(path: &str, error: &serialport::Error) -> Error {
     // Windows reports NoDevice both for a missing port and for one in use.
-    let is_there = (cfg!(not(windows)) && std::path::Path::new(path).exists())
-        || serialport::available_ports()
-            .is_ok_and(|ports| ports.iter().any(|p| p.port_name == path));
-    match error.kind() {
-        ErrorKind::Io(io::ErrorKind::PermissionDenied) => Error::device(
-            "port-permission",
-            format!("{path}: no permission to open this port"),
-        )
-        .with_hint(permission_hint(path)),
-        ErrorKind::Io(io::ErrorKind::NotFound) | ErrorKind::NoDevice if !is_there => {
-            Error::device("no-such-port", format!("{path}: there is no such port"))
-                .with_hint("gravical ports lists the ports; --wait waits for it")
+    let is_there = is_present(path, &list().unwrap_or_default());
+    let (code, what, hint) = match error.kind() {
+        ErrorKind::Io(io::ErrorKind::PermissionDenied) => {
+            let what = "no permission to open this port";
+            ("port-permission", what, &*permission_hint(path))
         }
-        ErrorKind::NoDevice => Error::device(
-            "port-busy",
-            format!("{path}: another program has this port open"),
-        )
-        .with_hint(BUSY_HINT),
-        _ => Error::device("port-failed", format!("{path}: {error}"))
-            .with_hint("is it a serial port? gravical ports lists them"),
-    }
+        ErrorKind::Io(io::ErrorKind::NotFound) | ErrorKind::NoDevice if !is_there => {
+            let hint = "gravical ports lists the ports; --wait waits for it";
+            ("no-such-port", "there is no such port", hint)
+        }
+        ErrorKind::NoDevice => ("port-busy", "another program has this port open", BUSY_HINT),
+        _ => {
+            let hint = "is it a serial port? gravical ports lists them";
+            ("port-failed", &*error.to_string(), hint)
+        }
+    };
+    Error::device(code, format!("{path}: {what}")).with_hint(hint)
 }
 
 const BUSY_HINT: &str = if cfg!(target_os = "linux") {

@@ -70,7 +70,7 @@ fn a_port_without_rows_is_no_end() {
     for (sent, words) in [
         (&b""[..], "nothing arrives"),
         (b"Hello, I blink!\n", words),
-        (&garbage, "is no text: the baud rate"),
+        (&garbage, "is not text: the board uses another baud rate"),
     ] {
         let folder = tempfile::tempdir().unwrap();
         let mut board = Board::new(folder.path());

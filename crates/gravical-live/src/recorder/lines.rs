@@ -101,18 +101,18 @@ impl OtherHeader {
         }
     }
 
-    /// Whether the line is a row of these columns; none for a comment and a blank line, which may stand
-    /// between header and rows.
-    pub fn is_row(&self, line: &Line) -> Option<bool> {
+    /// Rows of these columns in a line that fits, 0 in a comment and a blank line, which may stand between header
+    /// and rows; none for any other line.
+    pub fn rows_in(&self, line: &Line) -> Option<u32> {
         if line.is_comment() || line.text.is_empty() {
-            return None;
+            return Some(0);
         }
         let is_number = |cell: &&[u8]| {
             let cell = String::from_utf8_lossy(cell).replace(',', ".");
             cell.trim().is_empty() || cell.trim().parse::<f64>().is_ok()
         };
         let cells: Vec<&[u8]> = split(&line.text, self.delimiter).collect();
-        Some(cells.len() == self.fields && cells.iter().all(is_number))
+        (cells.len() == self.fields && cells.iter().all(is_number)).then_some(1)
     }
 }
 
@@ -136,33 +136,27 @@ pub struct Prefixes {
 }
 
 impl Prefixes {
-    /// For rows of this form.
-    pub fn new(form: &Form, is_named: bool, day_s: f64) -> Self {
-        Prefixes {
-            has_clock: form.has_clock,
-            delimiter: form.delimiter,
-            is_named,
-            from_s: None,
-            day_s,
-        }
-    }
-
     /// As in a file that begins like this, which is continued.
     pub fn of_file(head: &[u8], day_s: f64) -> Self {
         let head = String::from_utf8_lossy(head);
         let after_name = |line: &str| line.strip_prefix(HOST_TIME)?.bytes().next();
         let delimiter = head.lines().find_map(after_name);
-        let is_stamped = |line: &str| {
-            let rest = line.get(TIME_BYTES..);
-            rest.is_some_and(|rest| rest.starts_with(ARROW))
-        };
+        let is_arrow = |rest: &str| rest.starts_with(ARROW);
+        let is_stamped = |line: &str| line.get(TIME_BYTES..).is_some_and(is_arrow);
+        let has_clock = delimiter.is_none() && !head.lines().any(is_stamped);
         Prefixes {
-            has_clock: delimiter.is_none() && !head.lines().any(is_stamped),
+            has_clock,
             delimiter,
             is_named: false,
             from_s: None,
             day_s,
         }
+    }
+
+    /// The format of the rows is known, and whether the user names the columns.
+    pub fn set_form(&mut self, form: &Form, is_named: bool) {
+        (self.has_clock, self.delimiter) = (form.has_clock, form.delimiter);
+        self.is_named = is_named;
     }
 
     /// A header that is made here, for the board sends none, or the user names the columns.

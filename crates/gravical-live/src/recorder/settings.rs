@@ -61,15 +61,18 @@ impl WantedSettings {
     pub fn validate(&self) -> Result<()> {
         let (max, unit) = match self.format {
             Some(RowFormat::Counts) => (MAX_COUNTS_HZ, "as counts"),
-            _ => (MAX_SI_HZ, "in SI units; --format counts carries 250 Hz"),
+            _ => (MAX_SI_HZ, "in SI units"),
         };
-        match self.rate_hz {
-            Some(rate) if !(4..=max).contains(&rate) => {
-                let text = format!("--rate has to be between 4 and {max} Hz {unit}, not {rate}");
-                Err(Error::usage("option-range", text))
-            }
-            _ => Ok(()),
+        let Some(rate) = self.rate_hz.filter(|rate| !(4..=max).contains(rate)) else {
+            return Ok(());
+        };
+        let text = format!("{rate} is not between 4 and {max} Hz {unit}");
+        let error = Error::range("rate", text);
+        if max == MAX_COUNTS_HZ {
+            return Err(error);
         }
+        let hint = format!("counts carry up to {MAX_COUNTS_HZ} Hz");
+        Err(error.with_hint(hint).advise("format", "counts"))
     }
 
     /// The commands for these settings, one a line; empty if none is wanted.

@@ -5,8 +5,10 @@ use std::time::Duration;
 
 use gravical::escape::path_word;
 use gravical::live::event::{Command, Event, SourceKind};
-use gravical::live::{recorder, sentence};
+use gravical::live::recorder::{self, NO_ROWS};
+use gravical::live::sentence;
 use gravical::{Category, Error, Result};
+use gravical_report::document::flag;
 
 use super::Args;
 use super::console::Console;
@@ -105,12 +107,13 @@ impl Connection<'_> {
     /// Shows the ports until one is chosen; where one is missing, until there are others.
     fn ask(&mut self, trouble: &Error) -> Result<()> {
         let code = trouble.code();
-        let is_mute = ["board-silent", "no-samples-from-board", "settings-refused"].contains(&code);
+        let is_mute = code == "settings-refused" || NO_ROWS.contains(&code);
         let waits = ["no-port", "no-such-port", "several-ports"].contains(&code);
+        let hint = trouble.worded_hint(flag);
         let remedy = match code {
             "several-ports" => "choose the one of your board",
             _ if waits => "plug it in: it is opened when it is there; or choose another port",
-            _ => trouble.hint().unwrap_or("choose another port"),
+            _ => hint.as_deref().unwrap_or("choose another port"),
         };
         let text = format!("{} {}", sentence(trouble.message()), sentence(remedy));
         let tried = self.args.board.port.clone();

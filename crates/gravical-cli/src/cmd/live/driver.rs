@@ -270,6 +270,9 @@ impl Driver<'_> {
             };
             saved = Some((event, format!("Saved to {}.", output.display())));
         }
+        if saved.is_none() {
+            self.guide.warn("-o cal.json saves the calibration");
+        }
         let truth = self.opened.source.truth(&file);
         self.guide.done(&file, saved, truth);
         self.show()?;

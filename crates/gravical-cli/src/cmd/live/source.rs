@@ -155,7 +155,7 @@ pub struct Port {
 impl Port {
     /// Whether it has ended by an error, which is returned.
     fn end(&mut self, discards: bool) -> Result<()> {
-        let Some((ended, _)) = self.recording.end(discards) else {
+        let Some(ended) = self.recording.end(discards) else {
             return Ok(());
         };
         if discards {

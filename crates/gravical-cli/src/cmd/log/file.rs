@@ -39,16 +39,17 @@ impl Existing {
 
 /// A file to which whole lines are appended, locked against other instances of this program.
 pub struct LogFile {
-    path: PathBuf,
+    pub path: PathBuf,
     file: File,
     /// What to do with its content before the first lines.
     existing: Existing,
     /// End of the last lines that were written whole.
-    length: u64,
-    /// Beginning of the file that is continued.
-    before: Vec<u8>,
-    /// It cannot be written: it ends with the last whole line. Rows that are lost by that.
+    pub length: u64,
+    /// Lines of the file that is continued, from its beginning; empty for a new one.
+    pub before: Vec<u8>,
+    /// It cannot be written: it ends with the last whole line.
     has_failed: bool,
+    /// Rows that could not be written.
     pub lost_rows: u64,
 }
 
@@ -92,17 +93,16 @@ impl LogFile {
         let mut file = LogFile {
             path: path.to_owned(),
             file,
-            // A device holds nothing.
-            existing: if is_device {
-                Existing::default()
-            } else {
-                existing
-            },
+            existing: Existing::default(),
             length: 0,
             before: Vec::new(),
             has_failed: false,
             lost_rows: 0,
         };
+        // A device holds nothing.
+        if !is_device {
+            file.existing = existing;
+        }
         if file.existing.append {
             file.read_before().map_err(|e| Error::io(path, e))?;
         }
@@ -114,8 +114,8 @@ impl LogFile {
         self.length = self.file.metadata()?.len();
         (&self.file).take(HEAD).read_to_end(&mut self.before)?;
         // Of a single line without an end the reader says what it is.
-        if let Some(at) = self.before.iter().rposition(|b| *b == b'\n') {
-            self.before.truncate(at + 1);
+        if self.before.contains(&b'\n') {
+            self.before.truncate(end_of_lines(&self.before));
         }
         self.file.seek(SeekFrom::End(0)).map(drop)
     }
@@ -144,8 +144,7 @@ impl LogFile {
         let mut tail = Vec::new();
         self.file.seek(SeekFrom::Start(from))?;
         (&self.file).take(HEAD).read_to_end(&mut tail)?;
-        let end = tail.iter().rposition(|b| *b == b'\n');
-        let torn = tail.split_off(end.map_or(0, |at| at + 1));
+        let torn = tail.split_off(end_of_lines(&tail));
         self.length -= torn.len() as u64;
         self.file.set_len(self.length)?;
         self.file.seek(SeekFrom::End(0))?;
@@ -153,22 +152,6 @@ impl LogFile {
             return Ok(());
         }
         self.append(&[b"# rejected: ", torn.trim_ascii_end(), b"\n"].concat())
-    }
-
-    /// Bytes of whole lines in it.
-    pub fn length(&self) -> u64 {
-        self.length
-    }
-
-    /// Its path.
-    pub fn path(&self) -> &Path {
-        &self.path
-    }
-
-    /// Lines of the file that is continued, from its beginning; empty for a new one. Before the first
-    /// are written.
-    pub fn before(&self) -> &[u8] {
-        &self.before
     }
 
     /// Passes lines to the system, all or none; without lines only looks whether the file is still there.
@@ -242,19 +225,14 @@ impl LogFile {
                 Err(e) => break Err(e),
             }
         };
-        let written = &lines[..lines.len() - rest.len()];
-        let whole = written
-            .iter()
-            .rposition(|b| *b == b'\n')
-            .map_or(0, |at| at + 1);
+        let whole = end_of_lines(&lines[..lines.len() - rest.len()]);
         self.length += whole as u64;
         if done.is_err() {
             // A device has no length.
             let _ = self.file.set_len(self.length);
+            let is_row = |line: &&[u8]| !line.is_empty() && !line.starts_with(b"#");
             let lost = lines[whole..].split(|b| *b == b'\n');
-            self.lost_rows = lost
-                .filter(|line| !line.is_empty() && !line.starts_with(b"#"))
-                .count() as u64;
+            self.lost_rows = lost.filter(is_row).count() as u64;
         }
         done
     }
@@ -284,15 +262,20 @@ impl LogFile {
 
     /// Copies it to `walk.rescued.csv`, or `walk.rescued-2.csv` if there is one already.
     fn rescue(&mut self) -> io::Result<PathBuf> {
-        let stem = self.path.file_stem().unwrap_or_default().to_string_lossy();
         let ending = self.path.extension().unwrap_or_default().to_string_lossy();
-        let name = format!("{stem}.rescued.{ending}");
-        let path = free_path(&self.path.with_file_name(name.trim_end_matches('.')));
+        let ending = format!("rescued.{ending}");
+        let path = free_path(&self.path.with_extension(ending.trim_end_matches('.')));
         let mut copy = File::create_new(&path)?;
         self.file.rewind()?;
         io::copy(&mut self.file, &mut copy)?;
         copy.sync_data().map(|()| path)
     }
+}
+
+/// The end of the last whole line.
+fn end_of_lines(text: &[u8]) -> usize {
+    let end = text.iter().rposition(|b| *b == b'\n');
+    end.map_or(0, |at| at + 1)
 }
 
 /// The path, or one with a number before its ending that does not exist.

@@ -9,9 +9,11 @@ use std::thread::JoinHandle;
 use std::time::{Duration, Instant, SystemTime};
 
 use gravical::live::event::PortInfo;
-use gravical::live::recorder::{Event, Output, Recorder, RecorderOptions};
+use gravical::live::recorder::{Event, NO_ROWS, Output, Recorder, RecorderOptions};
 use gravical::{Error, Result};
+use gravical_report::document::flag;
 
+use super::BoardArgs;
 use super::file::LogFile;
 use crate::device::ports::{find_again, list, named, the_board};
 use crate::device::serial::Serial;
@@ -49,26 +51,16 @@ enum Input {
 struct Queue {
     inputs: Sender<Input>,
     waiting: Arc<AtomicU64>,
-    max_waiting: u64,
     /// Bytes that had no room. More are dropped until there is some, so that one gap is named, not many.
     dropped: u64,
 }
 
 impl Queue {
-    fn new(inputs: Sender<Input>, max_waiting: u64) -> Self {
-        Queue {
-            inputs,
-            waiting: Arc::default(),
-            max_waiting,
-            dropped: 0,
-        }
-    }
-
     /// Passes on what was read; false once nobody takes it.
     fn send(&mut self, read: io::Result<Vec<u8>>) -> bool {
         let length = read.as_ref().map_or(0, Vec::len) as u64;
         let share = if self.dropped > 0 { 2 } else { 1 };
-        let has_room = self.waiting.load(Ordering::Acquire) + length <= self.max_waiting / share;
+        let has_room = self.waiting.load(Ordering::Acquire) + length <= MAX_WAITING / share;
         if read.is_ok() && !has_room {
             self.dropped += length;
             return true;
@@ -86,10 +78,8 @@ impl Queue {
 /// A recording of a port in a file.
 pub struct Recording {
     inputs: Sender<Input>,
-    outputs: Receiver<Output>,
+    pub outputs: Receiver<Output>,
     writer: Option<JoinHandle<Ended>>,
-    /// The port, as far as it was known when it was opened.
-    pub port: Option<String>,
 }
 
 /// A recording that has ended.
@@ -103,52 +93,59 @@ pub struct Ended {
 }
 
 impl Recording {
-    /// Opens the port, `None`: the only board, and records it. If it `waits`, a missing port is searched
-    /// for.
+    /// Opens the port, without one the only board, and records it. A missing port is searched for if that is
+    /// wanted.
     ///
     /// # Errors
     ///
     /// Those of the options, of the file and of the port.
     pub fn start(
-        port: Option<String>,
-        baud: u32,
-        options: RecorderOptions,
+        board: &BoardArgs,
         file: LogFile,
+        rows: Option<u64>,
+        duration_s: Option<f64>,
     ) -> Result<Self> {
+        let options = RecorderOptions {
+            name: file.path.display().to_string(),
+            columns: board.columns.clone(),
+            wanted: board.wanted,
+            rows,
+            duration_s,
+        };
         let now = SystemTime::now().duration_since(SystemTime::UNIX_EPOCH);
         let day_s = now.map_or(0.0, |now| now.as_secs_f64() % 86_400.0);
         let (inputs, incoming) = channel();
         let (outgoing, outputs) = channel();
-        let waits = options.waits;
+        let queue = Queue {
+            inputs: inputs.clone(),
+            waiting: Arc::default(),
+            dropped: 0,
+        };
         let mut writer = Writer {
             started: Instant::now(),
             heard: Instant::now(),
             now_s: 0.0,
-            recorder: Recorder::new(options, day_s, file.before())?,
+            recorder: Recorder::new(options, day_s, &file.before)?,
             file,
-            port: port.clone(),
-            baud,
+            board: board.clone(),
             target: None,
             serial: None,
-            open_error: None,
-            queue: Queue::new(inputs.clone(), MAX_WAITING),
+            reported: None,
+            queue,
             outputs: outgoing,
         };
         if let Err(error) = writer.connect() {
-            if !waits || !is_missing(&error) {
+            if !board.wait || !is_missing(&error) {
                 writer.file.discard_empty();
                 return Err(error);
             }
             writer.report_missing(&error);
         }
-        let target = writer.target.as_ref();
-        let port = target.map(|target| target.name.clone()).or(port);
         let writer = std::thread::spawn(move || writer.run(&incoming));
         Ok(Recording {
             inputs,
             outputs,
             writer: Some(writer),
-            port,
         })
     }
 
@@ -169,11 +166,10 @@ impl Recording {
 
     /// Ends it, and waits until everything that has arrived is written, unless it `discards` what is held.
     /// None if it has been ended before.
-    pub fn end(&mut self, discards: bool) -> Option<(Ended, Vec<Output>)> {
+    pub fn end(&mut self, discards: bool) -> Option<Ended> {
         let _ = self.inputs.send(Input::Stop { discards });
         // A panic of that thread has ended the program.
-        let ended = self.writer.take()?.join().ok()?;
-        Some((ended, self.outputs.try_iter().collect()))
+        self.writer.take()?.join().ok()
     }
 }
 
@@ -185,13 +181,12 @@ struct Writer {
     now_s: f64,
     recorder: Recorder,
     file: LogFile,
-    port: Option<String>,
-    baud: u32,
+    board: BoardArgs,
     /// The device that is open, or was.
     target: Option<PortInfo>,
     serial: Option<Serial>,
-    /// Code of the error with which the port could not be opened.
-    open_error: Option<&'static str>,
+    /// Code of the error with which the port cannot be opened, or sends no rows.
+    reported: Option<&'static str>,
     queue: Queue,
     outputs: Sender<Output>,
 }
@@ -225,12 +220,10 @@ impl Writer {
             }
             // What the recorder passed on before an error is written, too.
             self.write().and(taken)?;
-            if let (Some(discards), None) = (stop, &self.serial) {
-                return if discards {
-                    Ok(())
-                } else {
-                    self.recorder.finish(self.now_s)
-                };
+            match (stop, &self.serial) {
+                (Some(true), None) => return Ok(()),
+                (Some(false), None) => return self.recorder.finish(self.now_s),
+                _ => {}
             }
             if self.serial.is_none()
                 && self.is_due(&mut searched_s, SEARCH_S)
@@ -270,14 +263,17 @@ impl Writer {
             self.heard = Instant::now();
             match input {
                 Input::Bytes(at, bytes) => {
-                    self.queue
-                        .waiting
-                        .fetch_sub(bytes.len() as u64, Ordering::AcqRel);
+                    let waiting = &self.queue.waiting;
+                    waiting.fetch_sub(bytes.len() as u64, Ordering::AcqRel);
                     bytes_left = bytes_left.saturating_sub(bytes.len());
                     self.now_s = (at - self.started).as_secs_f64();
-                    self.recorder.bytes(self.now_s, &bytes)?;
+                    let recorded = self.recorder.bytes(self.now_s, &bytes);
+                    self.wait_for_rows(recorded)?;
                 }
-                Input::Dropped(bytes) => self.recorder.overflow(bytes)?,
+                Input::Dropped(bytes) => {
+                    let recorded = self.recorder.overflow(bytes);
+                    self.wait_for_rows(recorded)?;
+                }
                 Input::Lost(why) => {
                     self.serial = None;
                     if stop.is_none() {
@@ -300,8 +296,25 @@ impl Writer {
         // Without a port nobody else tells the time.
         if self.serial.is_none() {
             self.now_s = self.started.elapsed().as_secs_f64();
-            self.recorder.bytes(self.now_s, b"")?;
+            let recorded = self.recorder.bytes(self.now_s, b"");
+            self.wait_for_rows(recorded)?;
         }
+        Ok(())
+    }
+
+    /// What arrives in place of rows is an error, unless rows are waited for.
+    fn wait_for_rows(&mut self, recorded: Result<()>) -> Result<()> {
+        let error = match recorded {
+            Err(error) if NO_ROWS.contains(&error.code()) => error,
+            recorded => return recorded,
+        };
+        let hint = error.worded_hint(flag).unwrap_or_default();
+        if !self.board.wait {
+            let more = "gravical ports lists the ports, --wait waits without end";
+            return Err(error.with_hint(format!("{hint}; {more}")));
+        }
+        let text = format!("{}; {hint}", error.message());
+        self.report_once(&error, Event::Warning { text });
         Ok(())
     }
 
@@ -329,7 +342,7 @@ impl Writer {
     /// It is not clear which port it is, or it cannot be opened.
     fn connect(&mut self) -> Result<()> {
         let ports = list().unwrap_or_default();
-        let name = match (&self.target, &self.port) {
+        let name = match (&self.target, &self.board.port) {
             (Some(target), _) => match find_again(target, &ports) {
                 Some(name) => name,
                 None => return Ok(()),
@@ -338,9 +351,9 @@ impl Writer {
             (None, None) => the_board(&ports)?.name,
         };
         let mut queue = self.queue.clone();
-        let serial = Serial::open(&name, self.baud, move |read| queue.send(read))?;
+        let serial = Serial::open(&name, self.board.baud, move |read| queue.send(read))?;
         self.serial = Some(serial);
-        self.open_error = None;
+        self.reported = None;
         let target = named(&name, &ports);
         let preamble = format!(
             "# gravical {} log, {}, {name}\n",
@@ -357,11 +370,15 @@ impl Writer {
     /// Just after plugging in, permissions are not set yet, and other programs probe the port: an error
     /// is reported once, and it is retried.
     fn report_missing(&mut self, error: &Error) {
-        if self.open_error.replace(error.code()) != Some(error.code()) {
-            let hint = error.hint().filter(|_| !is_missing(error));
-            let hint = hint.map_or_else(String::new, |hint| format!(" ({hint})"));
-            let text = format!("waiting for the port: {error}{hint}");
-            self.recorder.report(Event::Waiting { text });
+        let hint = error.hint().filter(|_| !is_missing(error));
+        let hint = hint.map_or_else(String::new, |hint| format!(" ({hint})"));
+        let text = format!("waiting for the port: {error}{hint}");
+        self.report_once(error, Event::Waiting { text });
+    }
+
+    fn report_once(&mut self, error: &Error, event: Event) {
+        if self.reported.replace(error.code()) != Some(error.code()) {
+            self.recorder.report(event);
         }
     }
 }
@@ -378,11 +395,15 @@ mod tests {
     #[test]
     fn bytes_without_room_are_counted_and_the_port_is_not_waited_for() {
         let (inputs, taken) = channel();
-        let mut queue = Queue::new(inputs, 100);
+        let waiting = Arc::new(AtomicU64::new(MAX_WAITING - 100));
+        let mut queue = Queue {
+            inputs,
+            waiting: Arc::clone(&waiting),
+            dropped: 0,
+        };
         for _ in 0..3 {
             assert!(queue.send(Ok(vec![0; 60])));
         }
-        let waiting = Arc::clone(&queue.waiting);
         waiting.store(0, Ordering::Release);
         assert!(queue.send(Ok(vec![0; 40])));
         let taken: Vec<Input> = taken.try_iter().collect();

@@ -6,7 +6,6 @@ use gravical::escape::{shown, shown_json};
 use gravical::live::recorder::Event;
 use gravical::recording::Finding;
 use serde::Serialize;
-use serde_json::Value;
 
 use super::Summary;
 use crate::outlet::{Outlet, Screen};
@@ -79,16 +78,14 @@ impl Reporter {
             event["type"] = kind.into();
         }
         let is_status = event["type"] == "status";
-        let line = format!(
-            "{}{}",
-            shown_json(&Value::to_string(&event)),
-            self.screen.end()
-        );
-        // A reader who has gone does not end the recording.
-        let _ = if is_status {
-            self.out.status(line)
+        let text = event.to_string();
+        let line = shown_json(&text).into_owned() + self.screen.end();
+        let send = if is_status {
+            Outlet::status
         } else {
-            self.out.send(line)
+            Outlet::send
         };
+        // A reader who has gone does not end the recording.
+        let _ = send(&mut self.out, line);
     }
 }
