@@ -238,9 +238,7 @@ impl Live {
         }
         let remedy = match error.code() {
             "board-silent" => "Flash the sketch, or press the reset button of the board.",
-            "no-samples-from-board" if error.message().contains("no text") => {
-                "Choose the baud rate of its sketch."
-            }
+            "board-not-text" => "Choose the baud rate of its sketch.",
             _ => "A row has at least three numbers.",
         };
         let event = Event::Ports {
