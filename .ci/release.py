@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""What a release needs to know of itself:
+"""Version and consistency checks for a release:
 
     .ci/release.py version        the version of the workspace
     .ci/release.py rust           the oldest Rust that builds it
@@ -43,6 +43,11 @@ def check(tag: str | None) -> list[str]:
     for name, pinned in re.findall(r'^(gravical\S*) = \{ path = .*version = "([^"]+)"', read("Cargo.toml"), re.M):
         if pinned != version:
             faults.append(f"Cargo.toml: {name} {pinned} is not {version}")
+    if "Until this version is released" in section(version)[1]:
+        faults.append("CHANGELOG.md: the section still says 'Until this version is released'")
+    for name, words in [("README.md", "Nothing is published yet"), ("docs/browser.md", "none is out yet")]:
+        if words in read(name):
+            faults.append(f"{name} still says '{words}'")
     if "/OWNER/" in workspace("repository"):
         faults.append("Cargo.toml: repository still says OWNER")
     return faults
@@ -51,9 +56,9 @@ def check(tag: str | None) -> list[str]:
 def main() -> None:
     match sys.argv[1:]:
         case ["version"]:
-            print(workspace("version"))
+            sys.stdout.buffer.write(workspace("version").encode() + b"\n")
         case ["rust"]:
-            print(workspace("rust-version"))
+            sys.stdout.buffer.write(workspace("rust-version").encode() + b"\n")
         case ["notes"]:
             sys.stdout.write(section(workspace("version"))[1])
         case ["check", *tag]:

@@ -1,13 +1,17 @@
-//! What a signal does: it ends the program without a file that is half written, or the command that handles it itself.
+//! A signal ends the program after unfinished files were deleted, unless the command has taken over: then the third does.
 
 use std::sync::Arc;
 use std::sync::OnceLock;
-use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::atomic::{AtomicBool, AtomicU32, Ordering};
 
 use gravical::output::discard_unfinished;
 
 /// Set by a signal, once a command handles it itself.
 static HANDLED: OnceLock<Arc<AtomicBool>> = OnceLock::new();
+
+/// Signals so far; a command that does not end by itself is ended by the last.
+static SIGNALS: AtomicU32 = AtomicU32::new(0);
+const LAST: u32 = 3;
 
 /// Handles the signals that end a program: Ctrl-C, termination, and a terminal that closes.
 ///
@@ -37,15 +41,16 @@ pub fn watch() -> anyhow::Result<()> {
 }
 
 fn end(exit: impl FnOnce()) {
-    if let Some(handled) = HANDLED.get() {
-        handled.store(true, Ordering::SeqCst);
-    } else {
+    let is_first = HANDLED
+        .get()
+        .map(|handled| !handled.swap(true, Ordering::SeqCst));
+    if is_first != Some(true) {
         discard_unfinished();
         exit();
     }
 }
 
-/// The signals that were ignored when the program began, as a mask: `nohup` lets it survive its terminal.
+/// The signals that were ignored when the program began, as a mask: `nohup` lets it survive its terminal. Known on Linux only.
 #[cfg(unix)]
 fn ignored() -> u64 {
     let status = std::fs::read_to_string("/proc/self/status").unwrap_or_default();

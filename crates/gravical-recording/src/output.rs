@@ -90,7 +90,7 @@ pub fn make_folder(path: &Path) -> Result<()> {
 /// Writes `path` atomically, so that a reader sees the old file or the complete new one, and returns
 /// what `fill` returns. A device or a pipe is written to directly.
 ///
-/// What a name ends in `.gz` for is packed.
+/// A path that ends in `.gz` is compressed.
 ///
 /// Until it is complete it is a hidden temporary file in the same folder (`.gravical-…`), which is deleted with an
 /// error; a program that a signal ends calls [`discard_unfinished`]. A replaced file keeps its permissions.

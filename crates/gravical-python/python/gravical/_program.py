@@ -7,6 +7,7 @@ from . import _gravical
 
 
 def main() -> None:
-    # Python's handler waits for the interpreter, which waits for the program.
-    signal.signal(signal.SIGINT, signal.SIG_DFL)
+    # Python's handler waits for the interpreter, which waits for the program. What is ignored stays ignored.
+    if signal.getsignal(signal.SIGINT) is not signal.SIG_IGN:
+        signal.signal(signal.SIGINT, signal.SIG_DFL)
     sys.exit(_gravical.program(["gravical", *sys.argv[1:]]))

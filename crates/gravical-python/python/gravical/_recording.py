@@ -201,7 +201,10 @@ def read(
             return source
         source = [source._native]
     elif is_path(source):
-        again = os.path.abspath(source), os.fspath(source) if name is None else name, reading
+        again = os.path.abspath(source), os.fspath(source) if name is None else name, dict(reading)
+        # In another folder, too, it is the same file.
+        if is_path(gyro := reading.get("gyro")):
+            again[2]["gyro"] = os.path.abspath(gyro)
         source = [source]
     else:
         if hasattr(source, "read") and not is_table(source):

@@ -163,6 +163,8 @@ class Result(Record):
         if "poses" in self:
             errors = [pose.get("left_out_error_mps2") for pose in self["poses"]]
             known = [(i, e / G_MPS2 * 1e3) for i, e in enumerate(errors) if e is not None]
+            if not known:
+                raise UsageError("no pose was left out of six faces", hint="the errors of the poses are in ['poses']")
             ax = axes_of(ax)
             ax.bar([i for i, _ in known], [e for _, e in known])
             ax.set(xlabel="pose", ylabel="error of the pose left out (mg)")

@@ -38,6 +38,13 @@ pub fn export_noise(
             if term == Term::N {
                 let variances = axes.map(|(density, _)| density * density * noise.rate_hz);
                 values.vector(&format!("{sensor}_variance"), &variances);
+                let is_limit = axes.iter().any(|(_, is_limit)| *is_limit);
+                let kind = if is_limit {
+                    "upper limits (95 %)"
+                } else {
+                    "estimates"
+                };
+                values.text(&format!("{sensor}_kind"), kind);
             }
             let largest =
                 axes.into_iter().fold(
