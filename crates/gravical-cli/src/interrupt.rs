@@ -41,12 +41,13 @@ pub fn watch() -> anyhow::Result<()> {
 }
 
 fn end(exit: impl FnOnce()) {
-    let is_first = HANDLED
-        .get()
-        .map(|handled| !handled.swap(true, Ordering::SeqCst));
-    if is_first != Some(true) {
-        discard_unfinished();
-        exit();
+    let is_patient = SIGNALS.fetch_add(1, Ordering::SeqCst) + 1 < LAST;
+    match HANDLED.get() {
+        Some(handled) if is_patient => handled.store(true, Ordering::SeqCst),
+        _ => {
+            discard_unfinished();
+            exit();
+        }
     }
 }
 
