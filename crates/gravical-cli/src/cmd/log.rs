@@ -1,5 +1,6 @@
 //! `gravical log`: record from a serial board to a file.
 
+mod board;
 mod file;
 mod host;
 mod keys;
@@ -12,14 +13,15 @@ use std::sync::atomic::Ordering;
 
 use gravical::escape::shell_word;
 use gravical::inspect::{Inspection, inspect};
-use gravical::live::recorder::{Counts, End, Event, Output, Status, WantedSettings};
+use gravical::live::recorder::{Counts, End, Event, Output, Status};
 use gravical::numfmt::count;
 use gravical::poses::face::AxisMap;
-use gravical::recording::{ColumnsSpec, Follow, ReadOptions, read};
+use gravical::recording::{Follow, ReadOptions, read};
 use gravical_report::document::Detail;
 use gravical_report::report;
 use serde::Serialize;
 
+pub use board::BoardArgs;
 pub use file::{Existing, LogFile, free_path};
 pub use host::Recording;
 
@@ -66,26 +68,6 @@ pub struct Args {
     quiet: bool,
     #[command(flatten)]
     board: BoardArgs,
-}
-
-/// The board, and how it is set.
-#[derive(Clone, Default, clap::Args)]
-#[command(next_help_heading = "Board")]
-pub struct BoardArgs {
-    /// Serial port [default: the only board plugged in]
-    #[arg(long, value_name = "PORT")]
-    pub port: Option<String>,
-    /// Wait until a board is plugged in and sends data
-    #[arg(long)]
-    pub wait: bool,
-    /// Baud rate
-    #[arg(long, value_name = "BAUD", default_value_t = 115_200, value_parser = clap::value_parser!(u32).range(300..=4_000_000))]
-    pub baud: u32,
-    /// t,ax,ay,az,-,gx,gy,gz in order, or t=ms,ax=… by name
-    #[arg(long, value_name = "LIST", allow_hyphen_values = true)]
-    pub columns: Option<ColumnsSpec>,
-    #[command(flatten)]
-    pub wanted: WantedSettings,
 }
 
 /// Runs the command.

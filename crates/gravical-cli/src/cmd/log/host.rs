@@ -13,7 +13,7 @@ use gravical::live::recorder::{Event, NO_ROWS, Output, Recorder, RecorderOptions
 use gravical::{Error, Result};
 use gravical_report::document::flag;
 
-use super::BoardArgs;
+use super::board::BoardArgs;
 use super::file::LogFile;
 use crate::device::ports::{find_again, list, named, the_board};
 use crate::device::serial::Serial;
