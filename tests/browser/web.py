@@ -101,10 +101,10 @@ class Page:
             assert time.monotonic() < end, (script, self.browser.run("return document.body.innerText.slice(0, 2000)"))
             time.sleep(0.05)
 
-    def choose(self, *paths):
+    def choose(self, *paths, at="#chosen"):
         """Files as a person chooses them."""
         document = self.browser.cdp("DOM.getDocument")["root"]["nodeId"]
-        node = self.browser.cdp("DOM.querySelector", nodeId=document, selector="#chosen")["nodeId"]
+        node = self.browser.cdp("DOM.querySelector", nodeId=document, selector=at)["nodeId"]
         self.browser.cdp("DOM.setFileInputFiles", nodeId=node, files=[str(p) for p in paths])
 
     def ready(self, verb):
@@ -153,8 +153,13 @@ class Page:
         self.browser.run("document.querySelector('#options [name=latitude]').value = 'here'")
         self.press("#options > button")
         self.until("return document.querySelector('#computed').textContent.includes('is no number')")
+        # As a folder they are the same session.
+        self.open()
+        self.choose(SIX[0].parent, at="#folder")
+        self.ready("calibrate")
+        assert self.browser.run("return isFolder && poses().length") == 6
         self.quiet()
-        print(f"six files, {took:.1f} s")
+        print(f"six files, {took:.1f} s; their folder")
 
     def example(self):
         self.open()
