@@ -22,9 +22,9 @@ pub fn watch() -> anyhow::Result<()> {
     #[cfg(unix)]
     {
         use signal_hook::consts::{SIGHUP, SIGINT, SIGTERM};
-        let ignored = ignored();
-        let is_wanted = |signal: &i32| ignored >> (signal - 1) & 1 == 0;
-        let signals = [SIGINT, SIGTERM, SIGHUP].into_iter().filter(is_wanted);
+        // A shell starts what runs in the background with an ignored SIGINT, by which scripts end it all the same.
+        let hangup = (!is_ignored(SIGHUP)).then_some(SIGHUP);
+        let signals = [SIGINT, SIGTERM].into_iter().chain(hangup);
         let mut signals = signal_hook::iterator::Signals::new(signals)?;
         std::thread::spawn(move || {
             for signal in signals.forever() {
@@ -51,13 +51,13 @@ fn end(exit: impl FnOnce()) {
     }
 }
 
-/// The signals that were ignored when the program began, as a mask: `nohup` lets it survive its terminal. Known on Linux only.
+/// The signal was ignored when the program began: `nohup` lets it survive its terminal. Known on Linux only.
 #[cfg(unix)]
-fn ignored() -> u64 {
+fn is_ignored(signal: i32) -> bool {
     let status = std::fs::read_to_string("/proc/self/status").unwrap_or_default();
     let mask = status.lines().find_map(|line| line.strip_prefix("SigIgn:"));
-    mask.and_then(|mask| u64::from_str_radix(mask.trim(), 16).ok())
-        .unwrap_or(0)
+    let mask = mask.and_then(|mask| u64::from_str_radix(mask.trim(), 16).ok());
+    mask.is_some_and(|mask| mask >> (signal - 1) & 1 == 1)
 }
 
 /// From now on a signal sets this and does not end the program.

@@ -295,9 +295,15 @@ fn closing_the_terminal_ends_the_recording_cleanly() {
     let mut board = Board::new(folder.path());
     let mut terminal = Terminal::new();
     // With a controlling terminal, whose end sends SIGHUP.
-    let mut command = Command::new("setsid");
+    // It counts whether or not the tests themselves outlive their terminal.
+    let mut command = Command::new("env");
     let line = format!("log x --json --port {}", board.port());
-    let program = ["--ctty", env!("CARGO_BIN_EXE_gravical")];
+    let program = [
+        "--default-signal=HUP",
+        "setsid",
+        "--ctty",
+        env!("CARGO_BIN_EXE_gravical"),
+    ];
     command.args(program.into_iter().chain(line.split(' ')));
     command.current_dir(folder.path());
     let mut log = Logger::start_in(command, &terminal);
