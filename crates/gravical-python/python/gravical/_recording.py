@@ -203,7 +203,7 @@ def read(
     elif is_path(source):
         again = os.path.abspath(source), os.fspath(source) if name is None else name, dict(reading)
         # In another folder, too, it is the same file.
-        if is_path(gyro := reading.get("gyro")):
+        if (gyro := reading.get("gyro")) is not None and is_path(gyro):
             again[2]["gyro"] = os.path.abspath(gyro)
         source = [source]
     else:
