@@ -10,6 +10,9 @@ use super::panel::{Axis, Panel, Role, Series};
 /// More rests than this are not shown one by one: those that are off most are.
 const MAX_ROWS: usize = 40;
 
+/// What an error is drawn over varies by more than this: °C, days.
+const MIN_SPREAD: f64 = 1.0;
+
 /// A static interval by its label, else by its time or line, with its file where there are several.
 pub(crate) fn still_name(report: &CheckReport, still: &StillCheck) -> String {
     let at = still.start_s.map_or_else(
@@ -73,7 +76,7 @@ fn by_temperature(report: &CheckReport) -> Option<Figure> {
     let axis = ["temperature, °C", "T = {} °C"];
     let caption =
         "An error that grows with the distance from the temperature of the calibration is drift.";
-    by(report, names, axis, 1.0, caption, |s| s.temperature_c)
+    by(report, names, axis, caption, |s| s.temperature_c)
 }
 
 fn by_date(report: &CheckReport) -> Option<Figure> {
@@ -87,15 +90,14 @@ fn by_date(report: &CheckReport) -> Option<Figure> {
     let names = ["date", "Error by date"];
     let axis = [name, "{} d"];
     let caption = "An error that grows with time is drift of the sensor.";
-    by(report, names, axis, 1.0, caption, days)
+    by(report, names, axis, caption, days)
 }
 
-/// The error of each rest over what `of` says of it; none where that varies by no more than `spread`.
+/// The error of each rest over what `of` says of it; none where that hardly varies.
 fn by(
     report: &CheckReport,
     [id, title]: [&str; 2],
     [name, at]: [&'static str; 2],
-    spread: f64,
     caption: &str,
     of: impl Fn(&StillCheck) -> Option<f64>,
 ) -> Option<Figure> {
@@ -103,7 +105,7 @@ fn by(
     let points = stills.filter_map(|s| Some([of(s)?, milli_g(s.error_mps2)]));
     let points: Vec<[f64; 2]> = points.collect();
     let x = Axis::over(name, at, points.iter().map(|p| p[0]), 0.08);
-    let is_spread = x.range[1] - x.range[0] > spread && points.len() > 1;
+    let is_spread = x.range[1] - x.range[0] > MIN_SPREAD && points.len() > 1;
     let y = Axis::around_zero("", points.iter().map(|p| p[1]));
     let series = [Series::points("rest", Role::Result, points)];
     let panel = Panel::new("Error of ‖a‖", "mg", [x, y], series).alone();
