@@ -130,7 +130,6 @@ class Page:
     def quiet(self):
         """Nothing was complained of, and nothing but the page was asked for: nothing can be uploaded."""
         assert not (loud := self.browser.complaints()), loud
-
         urls = [url for url in self.browser.requests() if not url.startswith(("data:", "blob:", "chrome", "about:"))]
         assert all(url.startswith((f"file://{self.page}", self.served)) for url in urls), urls
 

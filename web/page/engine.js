@@ -3,7 +3,7 @@
 
 const engine = {
   worker: null, module: null, waiting: new Map(), ids: 0,
-  // What a session says without a question.
+  // Receives the events of a session.
   onEvents() {},
   // `load` gives the compiled module, `script` is the text of worker.js.
   async start(load, script) {
@@ -18,7 +18,7 @@ const engine = {
       this.waiting.get(id)?.(done);
       this.waiting.delete(id);
     });
-    // What nobody expects, too, is said.
+    // Unexpected errors are reported, too.
     this.worker.addEventListener("error", e => this.onEvents({ error: { message: e.message } }));
     this.worker.postMessage({ module: this.module });
   },
@@ -36,7 +36,7 @@ const engine = {
     if (done.error) throw Object.assign(new Error(done.error.message), done.error);
     return done;
   },
-  // Ends the thread, whatever it does; the next question finds a new one.
+  // Ends the thread, whatever it does; the next request starts in a new one.
   cancel() {
     this.worker.terminate();
     for (const answer of this.waiting.values()) answer({ error: { code: "cancelled", message: "Cancelled." } });

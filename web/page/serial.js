@@ -64,7 +64,7 @@ const board = {
     this.on.lost(now_s());
     await port.close().catch(() => {});
   },
-  // A port is here: that which was lost?
+  // A port was connected: reopens it if it is the lost one.
   async back(port) {
     if (!this.isLost || port !== this.port && this.nameOf(port) !== this.nameOf(this.port)) return;
     this.isLost = false;

@@ -119,7 +119,7 @@ function guided(head, files) {
   return { ...done, files: done.files.filter(f => !written.includes(f)) };
 }
 
-// What happens in a session is said without a question.
+// Events of a session are posted without a request.
 const publish = done => (done.error || done.events?.length || done.files?.length) && postMessage({ done });
 const happened = (head, files) => publish(guided(head, files));
 

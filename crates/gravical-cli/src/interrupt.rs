@@ -7,7 +7,7 @@ use std::sync::atomic::{AtomicBool, AtomicU32, Ordering};
 use gravical::output::discard_unfinished;
 
 /// Set by a signal, once a command handles it itself.
-static HANDLED: OnceLock<Arc<AtomicBool>> = OnceLock::new();
+static COMMAND_FLAG: OnceLock<Arc<AtomicBool>> = OnceLock::new();
 
 /// Signals so far; a command that does not end by itself is ended by the last.
 static SIGNALS: AtomicU32 = AtomicU32::new(0);
@@ -42,7 +42,7 @@ pub fn watch() -> anyhow::Result<()> {
 
 fn end(exit: impl FnOnce()) {
     let is_patient = SIGNALS.fetch_add(1, Ordering::SeqCst) + 1 < LAST;
-    match HANDLED.get() {
+    match COMMAND_FLAG.get() {
         Some(handled) if is_patient => handled.store(true, Ordering::SeqCst),
         _ => {
             discard_unfinished();
@@ -62,5 +62,5 @@ fn is_ignored(signal: i32) -> bool {
 
 /// From now on a signal sets this and does not end the program.
 pub fn flag() -> Arc<AtomicBool> {
-    Arc::clone(HANDLED.get_or_init(Arc::default))
+    Arc::clone(COMMAND_FLAG.get_or_init(Arc::default))
 }
