@@ -144,7 +144,7 @@ pub(crate) fn block(samples: &[Sample], scale: [f64; 2]) -> Block {
         std::array::from_fn(|c| of_sensor[c / 3][c % 3] / scale[c / 3])
     });
     let [first, end] = [samples.first(), samples.last()].map(|s| s.map_or(0, |s| s.row));
-    Block::new(first..end + 1, rows)
+    Block::new(first..end + 1, 6, rows)
 }
 
 /// Why a hold is no pose, and in whole sentences what to do.

@@ -191,10 +191,9 @@ fn apply_to_file(
 fn denoise(mut call: Call) -> Result<Outcome> {
     let options: denoise::DenoiseOptions = call.keywords.last()?;
     options.validate()?;
-    let mut recording =
-        Arc::unwrap_or_clone(call.reading.one(|path, how| read_samples(path, how))?);
-    let inputs = InputFile::of(from_ref(&recording));
-    let raw = recording.clone();
+    let raw = call.reading.one(|path, how| read_samples(path, how))?;
+    let inputs = InputFile::of(from_ref(&*raw));
+    let mut recording = Recording::clone(&raw);
     let summary = denoise::denoise(&mut recording, &options)?;
     let (summary, recording) = (Arc::new(summary), Arc::new(recording));
     let filtered = recording.clone();

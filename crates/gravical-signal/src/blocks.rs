@@ -31,12 +31,16 @@ impl Block {
         [0, 1, 2].map(|axis| self.mean[3 * sensor + axis])
     }
 
-    /// Of rows of specific force and angular rate, in any unit. Values that are not finite are left out; a
-    /// channel without any has mean and variance 0.
-    pub fn new(span: Range<usize>, rows: impl Iterator<Item = [f64; 6]> + Clone) -> Block {
+    /// Of rows of specific force and angular rate, in any unit; of the first `channels`. Values that are not
+    /// finite are left out; a channel without any has mean and variance 0.
+    pub fn new(
+        span: Range<usize>,
+        channels: usize,
+        rows: impl Iterator<Item = [f64; 6]> + Clone,
+    ) -> Block {
         let (mut mean, mut count) = ([0.0; 6], [0.0; 6]);
         for x in rows.clone() {
-            for c in (0..6).filter(|c| x[*c].is_finite()) {
+            for c in (0..channels).filter(|c| x[*c].is_finite()) {
                 mean[c] += x[c];
                 count[c] += 1.0;
             }
@@ -45,7 +49,7 @@ impl Block {
         let mut variance = [0.0; 6];
         let (mut low, mut high) = ([f64::MAX; 6], [f64::MIN; 6]);
         for x in rows {
-            for c in (0..6).filter(|c| x[*c].is_finite()) {
+            for c in (0..channels).filter(|c| x[*c].is_finite()) {
                 variance[c] += (x[c] - mean[c]).powi(2);
                 (low[c], high[c]) = (low[c].min(x[c]), high[c].max(x[c]));
             }
@@ -102,7 +106,8 @@ pub fn blocks(samples: &Samples, span: &Range<usize>, size: usize) -> Vec<Block>
         let (mut from, end) = (piece.start.max(span.start), piece.end.min(span.end));
         while from + size <= end {
             let span = from..from + size;
-            out.push(Block::new(span.clone(), span.map(|i| samples.sample(i))));
+            let rows = span.clone().map(|i| samples.sample(i));
+            out.push(Block::new(span, samples.count(), rows));
             from += size;
         }
     }

@@ -52,17 +52,10 @@ pub(super) fn take_out(channels: &mut [Vec<f64>; 3], step: [f64; 3], inner: Rang
 /// but not all neighbours are alike.
 fn mark(channel: &[f64], step: f64, spike: &mut [bool]) {
     let rows = channel.len();
-    let mut values = Vec::with_capacity(WIDTH);
-    let mut near = |row: usize| -> Option<[f64; 2]> {
-        let rows = row.saturating_sub(REACH)..(row + REACH + 1).min(rows);
-        values.clear();
-        values.extend(channel[rows].iter().filter(|v| v.is_finite()));
-        let middle = median(&mut values)?;
-        values.iter_mut().for_each(|v| *v = (*v - middle).abs());
-        Some([middle, median(&mut values)?])
-    };
+    let near =
+        |row: usize| spread(&channel[row.saturating_sub(REACH)..(row + REACH + 1).min(rows)]);
     let every = (rows / MIN_NEIGHBOURHOODS).clamp(1, WIDTH);
-    let spreads = (0..rows).step_by(every).filter_map(&mut near);
+    let spreads = (0..rows).step_by(every).filter_map(near);
     let mut spreads: Vec<f64> = spreads.map(|[_, spread]| spread).collect();
     // 1.4826 makes the median deviation that of a normal distribution.
     let limit = SPIKE * (1.4826 * median(&mut spreads).unwrap_or(0.0)).max(step);
@@ -81,6 +74,59 @@ fn mark(channel: &[f64], step: f64, spike: &mut [bool]) {
         for row in from..end {
             spike[row] |=
                 near(row).is_some_and(|[middle, _]| (channel[row] - middle).abs() > limit);
+        }
+    }
+}
+
+/// The median of a neighbourhood, and the median deviation from it.
+fn spread(neighbours: &[f64]) -> Option<[f64; 2]> {
+    if let Ok(whole) = neighbours.try_into()
+        && neighbours.iter().all(|v| v.is_finite())
+    {
+        return Some(spread_of_whole(whole));
+    }
+    let mut values: Vec<f64> = neighbours
+        .iter()
+        .copied()
+        .filter(|v| v.is_finite())
+        .collect();
+    let middle = median(&mut values)?;
+    values.iter_mut().for_each(|v| *v = (*v - middle).abs());
+    Some([middle, median(&mut values)?])
+}
+
+/// The same of a whole one, without branches: of the time that a long recording takes this is the most.
+fn spread_of_whole(mut sorted: [f64; WIDTH]) -> [f64; 2] {
+    let less = |a: f64, b: f64| if a < b { a } else { b };
+    let more = |a: f64, b: f64| if a < b { b } else { a };
+    for round in 0..WIDTH {
+        for i in (round % 2..WIDTH - 1).step_by(2) {
+            let (a, b) = (sorted[i], sorted[i + 1]);
+            (sorted[i], sorted[i + 1]) = (less(a, b), more(a, b));
+        }
+    }
+    let middle = sorted[REACH];
+    // As many values as REACH are no further off than the median deviation, some of them below the middle.
+    let spread = (0..=REACH).map(|below| {
+        let low = middle - sorted[REACH - below];
+        let high = sorted[2 * REACH - below] - middle;
+        more(low, high)
+    });
+    [middle, spread.fold(f64::INFINITY, less)]
+}
+
+#[cfg(test)]
+mod tests {
+    use super::{WIDTH, spread, spread_of_whole};
+
+    #[test]
+    fn a_whole_neighbourhood_has_the_medians_of_any_other() {
+        for seed in 0..500_u32 {
+            let value = |i: u32| ((seed * 31 + i) * 7919 % 13) as f64 - 6.0;
+            let values: [f64; WIDTH] = std::array::from_fn(|i| value(i as u32));
+            // With a value that is no number it goes the other way.
+            let longer = [&values[..], &[f64::NAN]].concat();
+            assert_eq!(Some(spread_of_whole(values)), spread(&longer), "{values:?}");
         }
     }
 }

@@ -119,6 +119,17 @@ impl Grid {
         column: &mut [f64],
         treatment: &mut Treatment,
     ) {
+        let follow = |two: &[usize]| two[1] == two[0] + 1;
+        let is_whole = column[stretch.clone()].iter().all(|v| v.is_finite());
+        if is_whole && self.points[stretch.clone()].windows(2).all(follow) {
+            let samples = &mut column[stretch.clone()];
+            if samples.len() < filter.shortest {
+                treatment.too_short += samples.len();
+            } else {
+                treatment.replaced += filter.apply(samples);
+            }
+            return;
+        }
         let rows = stretch.clone().filter(|row| column[*row].is_finite());
         let rows: Vec<usize> = rows.collect();
         let is_even = filter.spec.needs_even_steps();

@@ -88,7 +88,9 @@ pub fn noise_of(mut recording: Recording) -> Result<NoiseResult> {
     check_units(std::slice::from_ref(&recording))?;
     let accel_per_si = nominal_accel(&recording)?;
     let (ranges, rate_hz) = used_ranges(&recording)?;
-    settle(&mut recording);
+    if recording.gyro.is_some() {
+        settle(&mut recording);
+    }
     let mut pieces = Pieces::new(&recording, &ranges, 1.0 / rate_hz);
     let width = block_len(1.0 / rate_hz, BLOCK_S);
     pieces.leave_out_disturbances(&recording, width);
