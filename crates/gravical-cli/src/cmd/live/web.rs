@@ -9,19 +9,18 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::mpsc::{Receiver, SyncSender};
 use std::time::{Duration, Instant};
 
-use axum::body::{Body, to_bytes};
-use axum::extract::Request;
-use axum::http::{HeaderValue, Method, StatusCode};
-use axum::response::sse::{self, KeepAlive, Sse};
-use axum::response::{IntoResponse as _, Response};
 use futures_util::stream::{Stream, unfold};
 use gravical::live::event::{Command, EndReason};
 use gravical::live::{Event, Message, sentence};
 use gravical::{Error, Result};
 use gravical_report::style;
-use hyper::body::Incoming;
+use http_body_util::combinators::UnsyncBoxBody;
+use http_body_util::{BodyExt as _, Full, Limited, StreamBody};
+use hyper::body::{Bytes, Frame, Incoming};
+use hyper::header::HeaderValue;
 use hyper::server::conn::http1;
 use hyper::service::service_fn;
+use hyper::{Method, StatusCode};
 use hyper_util::rt::{TokioIo, TokioTimer};
 use tempfile::NamedTempFile;
 use tokio::sync::{Semaphore, watch};
@@ -63,6 +62,7 @@ const REPORT_POLICY: &str = "frame-ancestors 'self'";
 const CSS: &str = "text/css; charset=utf-8";
 const HTML: &str = "text/html; charset=utf-8";
 const JS: &str = "text/javascript; charset=utf-8";
+const EVENTS: &str = "text/event-stream";
 const JSON: &str = "application/json";
 const TEXT: &str = "text/plain; charset=utf-8";
 
@@ -83,9 +83,15 @@ const SCRIPT: &str = concat!(
     include_str!("page/page.js"),
 );
 
-/// Everything that was said, for each tab to read at its own pace.
+/// Sent to a tab that has no other event: the program is alive.
+const SIGN_OF_LIFE: &str = "event: alive\ndata: yes\n\n";
+
+type Request = hyper::Request<Incoming>;
+type Response = hyper::Response<UnsyncBoxBody<Bytes, Infallible>>;
+
+/// All events, for each tab to read at its own pace.
 #[derive(Default)]
-struct Said {
+struct EventLog {
     /// All events but the status.
     past: Vec<String>,
     /// The latest status.
@@ -94,17 +100,17 @@ struct Said {
     statuses: usize,
     /// The file of the calibration report.
     report: Option<String>,
-    /// The last event was said.
+    /// The last event is among them.
     has_ended: bool,
     /// A tab has listened.
     had_tab: bool,
-    /// Nothing more will be said.
+    /// There will be no more events.
     is_closed: bool,
 }
 
 /// What the session and the requests have in common.
-struct Hub {
-    said: watch::Sender<Said>,
+struct Server {
+    log: watch::Sender<EventLog>,
     clicked: SyncSender<Command>,
     token: String,
     /// Names of this server in a request: address and port.
@@ -113,7 +119,7 @@ struct Hub {
 
 /// The page of a session.
 pub struct Page {
-    hub: Arc<Hub>,
+    server: Arc<Server>,
     /// To be opened in the browser with the first event.
     url: Option<String>,
     /// The file that leads the browser to it, kept as long as the page.
@@ -145,8 +151,8 @@ impl Page {
         getrandom::fill(&mut bits).map_err(|e| system(std::io::Error::other(e)))?;
         let token: String = bits.iter().map(|b| format!("{b:02x}")).collect();
         let url = format!("http://127.0.0.1:{port}/?token={token}");
-        let hub = Arc::new(Hub {
-            said: watch::Sender::default(),
+        let server = Arc::new(Server {
+            log: watch::Sender::default(),
             clicked,
             token,
             hosts: ["127.0.0.1", "localhost"].map(|name| format!("{name}:{port}")),
@@ -155,7 +161,7 @@ impl Page {
             .enable_all()
             .build()
             .map_err(system)?;
-        let served = serve(listener, Arc::clone(&hub));
+        let served = serve(listener, Arc::clone(&server));
         std::thread::spawn(move || runtime.block_on(served));
         say(&url);
         let tunnel = open::tunnel(port);
@@ -165,7 +171,7 @@ impl Page {
             ));
         }
         Ok(Page {
-            hub,
+            server,
             url: Some(url).filter(|_| opens && tunnel.is_none()),
             redirect: None,
         })
@@ -181,25 +187,25 @@ impl Page {
 
     fn say(&self, message: &Message) {
         let text = message.to_json();
-        self.hub.said.send_modify(|said| {
+        self.server.log.send_modify(|log| {
             match &message.event {
-                Event::Session { .. } => said.status = None,
-                Event::Saved { report, .. } => said.report.clone_from(report),
-                Event::End { .. } => said.has_ended = true,
+                Event::Session { .. } => log.status = None,
+                Event::Saved { report, .. } => log.report.clone_from(report),
+                Event::End { .. } => log.has_ended = true,
                 _ => {}
             }
             if matches!(message.event, Event::Status(_)) {
-                said.status = Some(text);
-                said.statuses += 1;
+                log.status = Some(text);
+                log.statuses += 1;
             } else {
-                said.past.push(text);
+                log.past.push(text);
             }
         });
     }
 
     /// Says on the page why there will be no more events, and waits until it is there.
     pub fn fail(&self, why: &str) {
-        let has_ended = self.hub.said.borrow().has_ended;
+        let has_ended = self.server.log.borrow().has_ended;
         if !has_ended {
             let event = Event::End {
                 reason: EndReason::Failed,
@@ -214,7 +220,7 @@ impl Page {
     /// Waits until the tabs have the last event, and disconnects them.
     fn last_word(&self) {
         let began = Instant::now();
-        self.hub.said.send_modify(|said| said.is_closed = true);
+        self.server.log.send_modify(|log| log.is_closed = true);
         while self.tabs() > 0 && began.elapsed() < LAST_WORD {
             std::thread::sleep(STEP);
         }
@@ -224,13 +230,13 @@ impl Page {
 
     /// Tabs that listen.
     fn tabs(&self) -> usize {
-        self.hub.said.receiver_count()
+        self.server.log.receiver_count()
     }
 
     /// Waits until the last tab is closed, or the user ends it; true if the session is to go on.
     pub fn stay(&self, clicked: &Receiver<Command>, interrupted: &AtomicBool) -> bool {
         let is_on = || !interrupted.load(Ordering::SeqCst);
-        let had_tab = self.hub.said.borrow().had_tab;
+        let had_tab = self.server.log.borrow().had_tab;
         if had_tab && is_on() {
             say("The page with the report stays until its tab is closed, or Ctrl-C.");
             let mut read = Instant::now();
@@ -239,7 +245,7 @@ impl Page {
                     read = Instant::now();
                 }
                 if clicked.recv_timeout(STEP) == Ok(Command::Resume) {
-                    self.hub.said.send_modify(|said| said.has_ended = false);
+                    self.server.log.send_modify(|log| log.has_ended = false);
                     return true;
                 }
             }
@@ -255,7 +261,7 @@ fn system(error: std::io::Error) -> Error {
 }
 
 /// Answers until the program ends.
-async fn serve(listener: TcpListener, hub: Arc<Hub>) {
+async fn serve(listener: TcpListener, server: Arc<Server>) {
     let Ok(listener) = tokio::net::TcpListener::from_std(listener) else {
         return;
     };
@@ -269,10 +275,10 @@ async fn serve(listener: TcpListener, hub: Arc<Hub>) {
         };
         // An event is sent at once.
         let _ = stream.set_nodelay(true);
-        let hub = Arc::clone(&hub);
-        let answers = service_fn(move |request: hyper::Request<Incoming>| {
-            let hub = Arc::clone(&hub);
-            async move { Ok::<_, Infallible>(hub.answer(request.map(Body::new)).await) }
+        let server = Arc::clone(&server);
+        let answers = service_fn(move |request| {
+            let server = Arc::clone(&server);
+            async move { Ok::<_, Infallible>(server.answer(request).await) }
         });
         let connection = http1::Builder::new()
             .timer(TokioTimer::new())
@@ -287,13 +293,7 @@ async fn serve(listener: TcpListener, hub: Arc<Hub>) {
     }
 }
 
-/// Tells a tab to which nothing else is said that the program lives.
-fn alive() -> KeepAlive {
-    let event = sse::Event::default().event("alive").data("yes");
-    KeepAlive::new().interval(ALIVE).event(event)
-}
-
-impl Hub {
+impl Server {
     /// Answers what is from our own page.
     async fn answer(&self, request: Request) -> Response {
         let is_post = request.method() == Method::POST;
@@ -302,9 +302,13 @@ impl Hub {
         let mut response = match path.as_str() {
             _ if !is_ours => text(StatusCode::FORBIDDEN, TEXT, REFUSAL),
             "" => text(StatusCode::OK, HTML, page(&self.token)),
-            "events" => Sse::new(self.join()).keep_alive(alive()).into_response(),
+            "events" => answer(
+                StatusCode::OK,
+                EVENTS,
+                StreamBody::new(self.join()).boxed_unsync(),
+            ),
             "command" if is_post => self.command(request.into_body()).await,
-            "command" => StatusCode::METHOD_NOT_ALLOWED.into_response(),
+            "command" => text(StatusCode::METHOD_NOT_ALLOWED, TEXT, ""),
             "report" => self.report(),
             "page.css" => text(
                 StatusCode::OK,
@@ -312,7 +316,7 @@ impl Hub {
                 [style::SHARED, style::BOARD, STYLE].concat(),
             ),
             "page.js" => text(StatusCode::OK, JS, SCRIPT),
-            _ => StatusCode::NOT_FOUND.into_response(),
+            _ => text(StatusCode::NOT_FOUND, TEXT, ""),
         };
         let headers = response.headers_mut();
         for (name, value) in HEADERS {
@@ -345,33 +349,38 @@ impl Hub {
     }
 
     /// The events for a new tab, from the beginning, a line each: all that are new at once, and the status.
-    fn join(&self) -> impl Stream<Item = Result<sse::Event, Infallible>> + use<> {
-        let tab = (self.said.subscribe(), [0; 2], false);
-        self.said.send_modify(|said| said.had_tab = true);
-        unfold(tab, |(mut said, read, is_closed)| async move {
+    fn join(&self) -> impl Stream<Item = Result<Frame<Bytes>, Infallible>> + use<> {
+        let tab = (self.log.subscribe(), [0; 2], false);
+        self.log.send_modify(|log| log.had_tab = true);
+        unfold(tab, |(mut log, read, is_closed)| async move {
             if is_closed {
                 return None;
             }
-            said.changed().await.ok()?;
-            let now = said.borrow_and_update();
+            let Ok(changed) = tokio::time::timeout(ALIVE, log.changed()).await else {
+                let sign = Frame::data(Bytes::from_static(SIGN_OF_LIFE.as_bytes()));
+                return Some((Ok(sign), (log, read, is_closed)));
+            };
+            changed.ok()?;
+            let now = log.borrow_and_update();
             let mut lines: Vec<&str> = now.past[read[0]..].iter().map(String::as_str).collect();
             let is_new = now.statuses > read[1];
             lines.extend(now.status.as_deref().filter(|_| is_new));
-            let event = sse::Event::default().retry(RETRY).data(lines.join("\n"));
+            let data: String = lines.iter().map(|line| format!("data: {line}\n")).collect();
+            let event = format!("retry: {}\n{data}\n", RETRY.as_millis());
             let (read, is_closed) = ([now.past.len(), now.statuses], now.is_closed);
             drop(now);
-            Some((Ok(event), (said, read, is_closed)))
+            Some((Ok(Frame::data(event.into())), (log, read, is_closed)))
         })
     }
 
-    async fn command(&self, body: Body) -> Response {
+    async fn command(&self, body: Incoming) -> Response {
         let refused = |status, why: &str| {
             let body = serde_json::json!({ "error": sentence(why) }).to_string();
             text(status, JSON, body)
         };
-        let read = tokio::time::timeout(REQUEST_TIME, to_bytes(body, COMMAND_BYTES));
-        let bytes = match read.await {
-            Ok(Ok(bytes)) => bytes,
+        let read = Limited::new(body, COMMAND_BYTES).collect();
+        let bytes = match tokio::time::timeout(REQUEST_TIME, read).await {
+            Ok(Ok(read)) => read.to_bytes(),
             Ok(Err(_)) => return refused(StatusCode::PAYLOAD_TOO_LARGE, "the command is too long"),
             Err(_) => {
                 let why = "the command is sent too slowly";
@@ -379,7 +388,7 @@ impl Hub {
             }
         };
         match serde_json::from_slice(&bytes).map(|command| self.clicked.try_send(command)) {
-            Ok(Ok(())) => StatusCode::NO_CONTENT.into_response(),
+            Ok(Ok(())) => text(StatusCode::NO_CONTENT, TEXT, ""),
             Ok(Err(_)) => {
                 let why = "the session is busy, or has ended";
                 refused(StatusCode::SERVICE_UNAVAILABLE, why)
@@ -392,13 +401,15 @@ impl Hub {
     }
 
     fn report(&self) -> Response {
-        let report = self.said.borrow().report.clone();
+        let report = self.log.borrow().report.clone();
         let Some(html) = report.and_then(|path| std::fs::read_to_string(path).ok()) else {
             let why = "The report is written when the calibration is saved.";
             return text(StatusCode::NOT_FOUND, TEXT, why);
         };
-        let policy = [(POLICY_HEADER, REPORT_POLICY)];
-        (policy, text(StatusCode::OK, HTML, html)).into_response()
+        let mut response = text(StatusCode::OK, HTML, html);
+        let policy = HeaderValue::from_static(REPORT_POLICY);
+        response.headers_mut().insert(POLICY_HEADER, policy);
+        response
     }
 }
 
@@ -413,6 +424,19 @@ fn same(a: &[u8], b: &[u8]) -> bool {
     a.len() == b.len() && a.iter().zip(b).fold(0, |d, (x, y)| d | (x ^ y)) == 0
 }
 
-fn text(status: StatusCode, kind: &'static str, text: impl Into<Body>) -> Response {
-    (status, [("content-type", kind)], text.into()).into_response()
+fn text(status: StatusCode, kind: &'static str, text: impl Into<Bytes>) -> Response {
+    answer(status, kind, Full::new(text.into()).boxed_unsync())
+}
+
+fn answer(
+    status: StatusCode,
+    kind: &'static str,
+    body: UnsyncBoxBody<Bytes, Infallible>,
+) -> Response {
+    let mut response = Response::new(body);
+    *response.status_mut() = status;
+    response
+        .headers_mut()
+        .insert("content-type", HeaderValue::from_static(kind));
+    response
 }
