@@ -43,12 +43,15 @@ pub fn shown_json(text: &str) -> Cow<'_, str> {
 
 /// A word of a command line for a shell, with quotes if necessary.
 pub fn shell_word(text: &str) -> String {
-    let plain = |c: char| c.is_alphanumeric() || "_./+-:=,@%".contains(c);
+    // On Windows it separates the folders of a path, and single quotes quote nothing.
+    let is_path = |c: char| cfg!(windows) && c == '\\';
+    let plain = |c: char| c.is_alphanumeric() || "_./+-:=,@%".contains(c) || is_path(c);
     if !text.is_empty() && text.chars().all(plain) {
         return text.to_owned();
     }
     // Double quotes work in every shell if nothing inside is special.
-    if text.contains(['"', '$', '`', '\\', '!']) {
+    let special = |c: char| "\"$`\\!".contains(c) && !is_path(c);
+    if text.contains(special) {
         return format!("'{}'", text.replace('\'', "'\\''"));
     }
     format!("\"{text}\"")

@@ -81,7 +81,10 @@ pub fn run(args: &Args) -> anyhow::Result<ExitCode> {
     for command in COMMANDS {
         let (mut shown, mut words) = ("$ gravical".to_owned(), vec!["gravical".into()]);
         for word in command.split(' ') {
-            let path = word.strip_prefix("DIR/").map(|file| folder.join(file));
+            let path = word.strip_prefix("DIR/").map(|file| -> PathBuf {
+                // With the separators of the system.
+                folder.join(file).components().collect()
+            });
             let typed = path.as_deref().map_or(word.to_owned(), path_word);
             shown += &format!(" {typed}");
             words.push(path.map_or(OsString::from(word), OsString::from));
