@@ -20,7 +20,7 @@ fn it_calibrates_moves_and_reports_and_loses_nothing_of_an_earlier_run() {
     let said = format!("{}{}", run.out, run.err);
     for name in words("calibration.json calibration.html track.csv motion.html") {
         let name = format!("gravical-demo/{name}");
-        let is_there = read(at, &name).len() > 1000 && said.contains(&name);
+        let is_there = read(at, &name).len() > 1000 && said.contains(&native(&name));
         assert!(is_there, "{said}");
     }
     for name in ["poses/poses.csv", "line/line.csv"] {

@@ -50,8 +50,8 @@ fn each_result_is_that_of_the_command_alone() {
     assert!(run.err.contains("3 failed"), "{}", run.err);
     let rows = rows(&at.join("out/all.csv"));
     let column = |name: &str| -> Vec<&str> { rows.iter().map(|r| r[name].as_str()).collect() };
-    let [broken, units @ ..] =
-        ["broken.csv", "folder", "unit-1.csv", "unit-2.csv"].map(|name| format!("fleet/{name}"));
+    let [broken, units @ ..] = ["broken.csv", "folder", "unit-1.csv", "unit-2.csv"]
+        .map(|name| native(&format!("fleet/{name}")));
     assert_eq!(column("path")[0], broken);
     assert_eq!(column("path")[1..4], units);
     assert_eq!(column("path")[4..], ["gone.csv", "'=cmd.csv"]);
@@ -104,8 +104,8 @@ fn a_second_run_does_what_is_not_done() {
 fn a_page_of_all_leads_to_that_of_each() {
     let folder = fleet(2);
     let at = folder.path();
-    fs::rename(at.join("fleet/unit-2.csv"), at.join("fleet/50 % #2?.csv")).unwrap();
-    write(at, "fleet/<b>broken.csv", "t,ax,ay,az\n1,2\n");
+    fs::rename(at.join("fleet/unit-2.csv"), at.join("fleet/50 % #2&.csv")).unwrap();
+    write(at, "fleet/&broken.csv", "t,ax,ay,az\n1,2\n");
     let line = "calibrate --each fleet -o out --report all.html";
     ends(at, line, 4);
     let page = read(at, "all.html");
@@ -115,10 +115,10 @@ fn a_page_of_all_leads_to_that_of_each() {
         .map(|s| s.split('"').next().unwrap());
     assert_eq!(
         linked.collect::<Vec<_>>(),
-        ["50%20%25%20%232%3F.html", "unit-1.html"]
+        ["50%20%25%20%232%26.html", "unit-1.html"]
     );
-    assert_eq!(listed(&at.join("all")), ["50 % #2?.html", "unit-1.html"]);
-    assert!(page.contains("&lt;b&gt;broken.csv") && page.contains("<table data-sort"));
+    assert_eq!(listed(&at.join("all")), ["50 % #2&.html", "unit-1.html"]);
+    assert!(page.contains("&amp;broken.csv") && page.contains("<table data-sort"));
     // A page that is missing is made again, one that is there is not.
     let written = || {
         fs::metadata(at.join("all/unit-1.html"))
@@ -167,7 +167,8 @@ fn a_second_run_keeps_nothing_that_is_not_of_the_session() {
     assert_eq!(rows[2]["result"], "");
     for (row, name) in rows.iter().zip(["unit-1", "unit-2"]) {
         let file = written_json(at, &format!("out/{name}.json"));
-        assert_eq!(file["inputs"][0]["path"], format!("fleet/{name}.csv"));
+        let path = native(&format!("fleet/{name}.csv"));
+        assert_eq!(file["inputs"][0]["path"], path);
         assert_eq!(row["bias_x"], file["accelerometer"]["bias"][0].to_string());
     }
 }

@@ -57,7 +57,7 @@ fn the_last_of_the_sensor_before_the_recording_is_taken() {
     ] {
         let line = format!("apply cals {input} -o a.csv --force --sensor-id {sensor}");
         let err = done(&line).err;
-        let said = format!("Calibration: cals/{expected}.json, the last");
+        let said = native(&format!("Calibration: cals/{expected}.json, the last"));
         assert!(err.contains(&said), "{err}");
         assert_eq!(err.contains("has no date"), input.contains("line"), "{err}");
         done(&format!(

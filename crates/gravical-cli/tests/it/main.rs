@@ -8,6 +8,8 @@
 
 mod bad_input;
 mod calibrated_board;
+// A name of a file holds no control characters on Windows.
+#[cfg(unix)]
 mod control;
 mod convert;
 mod demo;

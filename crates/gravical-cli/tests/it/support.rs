@@ -216,6 +216,11 @@ pub fn write_six_files(folder: &Path, sensor: &Sensor) {
     }
 }
 
+/// A path as the system writes it.
+pub fn native(path: &str) -> String {
+    path.replace('/', std::path::MAIN_SEPARATOR_STR)
+}
+
 pub fn write(folder: &Path, name: &str, text: &str) {
     std::fs::write(folder.join(name), text).unwrap();
 }
