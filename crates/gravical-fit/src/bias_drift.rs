@@ -59,7 +59,7 @@ fn errors_of_parts(poses: &[Pose], options: &Options) -> Result<SVector<f64, PAR
     let each = || {
         let search = prepare(poses, options).filter(|search| search.poses.len() >= PARTS);
         let mut search = search?;
-        let found = search.settle()?;
+        let found = search.converge()?;
         let each: Option<Vec<f64>> = (0..PARTS).map(|p| one_part(&search, &found, p)).collect();
         each.map(SVector::from_vec)
     };

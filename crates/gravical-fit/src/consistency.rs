@@ -2,7 +2,7 @@
 //!
 //! Both ask whether a difference is larger than its covariance explains: the lengths of readings at rest
 //! less gravity ([`check`]), or those of the readings that one calibration predicts for its own poses, by the
-//! other ([`compare`]). Errors that both sides share (the gravity of the place, the bends of the sensor) cancel.
+//! other ([`compare`]). Errors that both sides share (the gravity of the place, the nonlinearity of the sensor) cancel.
 //!
 //! Readings are divided by the nominal scale, so that M is about 1 and everything is in m/s².
 
@@ -14,8 +14,8 @@ use serde::Serialize;
 use statrs::distribution::{ChiSquared, ContinuousCDF, FisherSnedecor};
 
 use crate::model::{
-    BENDS, Covariance, DIRECTIONS, MAX_STEPS, PARAMETERS, Parameters, bend, bias, invariants,
-    matrix, sphere, tangents,
+    Covariance, DIRECTIONS, MAX_STEPS, NONLINEARITY, PARAMETERS, Parameters, bias, invariants,
+    matrix, nonlinear_error, sphere, tangents,
 };
 use crate::pose::Face;
 use crate::sensor::{Gravity, Sensor, derivative_by_gravity, turn};
@@ -146,7 +146,7 @@ pub struct StaticMean {
 pub struct Length {
     /// Specific force, axes of the board, m/s².
     pub force: [f64; 3],
-    /// ‖a‖ less gravity, the bend of the sensor taken off, m/s².
+    /// ‖a‖ less gravity, the nonlinearity of the sensor taken off, m/s².
     pub error_mps2: f64,
     /// Its standard deviation, if the calibration fits, m/s².
     pub sd_mps2: f64,
@@ -175,7 +175,8 @@ pub fn check(
         Some(means.iter().map(force).collect::<Vec<_>>())
     };
     let errors = |x: &Parameters| {
-        let error = |a: Vector3<f64>| a.norm() - gravity * (1.0 + bend(x, &a.normalize()));
+        let error =
+            |a: Vector3<f64>| a.norm() - gravity * (1.0 + nonlinear_error(x, &a.normalize()));
         let errors = DVector::from_iterator(means.len(), forces(x)?.into_iter().map(error));
         errors.iter().all(|e| e.is_finite()).then_some(errors)
     };
@@ -226,7 +227,7 @@ pub struct Difference {
 /// Two calibrations of one sensor, the second less the first.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Compare {
-    /// The nine [`invariants`] of each, with the same bends.
+    /// The nine [`invariants`] of each, with the same nonlinearity.
     pub invariants: [Vec<f64>; 2],
     /// Their difference, and the test of what it does to ‖a‖ in the poses.
     pub magnitude: Difference,
@@ -273,7 +274,7 @@ pub struct Placements {
 /// χ² if tilts tell nothing. Shares are not squared as by Welch (Biometrika 34, 1947), whose ν suits the mean and
 /// not the tail: 1.7 % of equal pairs then differ at a level of 1 %.
 ///
-/// *Bends.* Both have the same: one calibration is moved to those of the other, whichever knows them better. If
+/// *Nonlinearity.* Both have the same: one calibration is moved to those of the other, whichever knows them better. If
 /// one knows nothing of them, neither is moved: what they leave open of M and b is in the covariance of the other.
 pub fn compare(pair: [(&Sensor, &Placements); 2]) -> Option<Compare> {
     let sensors = pair.map(|(sensor, _)| sensor);
@@ -352,41 +353,46 @@ impl Effects {
 /// Parameters of two sensors.
 type Both = SMatrix<f64, PARAMETERS, 2>;
 
-/// Two calibrations with the same bends.
+/// Two calibrations with the same nonlinearity.
 struct Pair {
     x: Both,
     gravity_mps2: [f64; 2],
-    /// Errors of one standard deviation: of each at known bends, then of bends and gravities.
+    /// Errors of one standard deviation: of each at known nonlinearity, then of nonlinearity and gravities.
     steps: Vec<Both>,
 }
 
 impl Pair {
-    /// C_mb C_bb⁺ is the derivative of the other parameters by the bends, and C_mm − C_mb C_bb⁺ C_bm is what is
-    /// left at known bends. Gravities that are equal have the same error.
+    /// C_mb C_bb⁺ is the derivative of the other parameters by the nonlinearity, and C_mm − C_mb C_bb⁺ C_bm is what is
+    /// left at known nonlinearity. Gravities that are equal have the same error.
     fn new(sensors: [&Sensor; 2]) -> Option<Pair> {
         const MIN_VARIANCE: f64 = 1e-14;
-        type Bends<const R: usize> = SMatrix<f64, R, 6>;
-        let spreads: [Bends<6>; 2] =
-            sensors.map(|s| s.covariance.fixed_view::<6, 6>(BENDS, BENDS).into());
+        type Nonlinearity<const R: usize> = SMatrix<f64, R, 6>;
+        let spreads: [Nonlinearity<6>; 2] = sensors.map(|s| {
+            s.covariance
+                .fixed_view::<6, 6>(NONLINEARITY, NONLINEARITY)
+                .into()
+        });
         let are_known = spreads.iter().all(|spread| spread.trace() > 0.0);
         let better = usize::from(spreads[0].trace() > spreads[1].trace());
-        let bends = sensors[better].parameters.fixed_rows::<6>(BENDS);
+        let nonlinearity = sensors[better].parameters.fixed_rows::<6>(NONLINEARITY);
         let of_one = |i: usize, step: Parameters| {
             let mut both = Both::zeros();
             both.set_column(i, &step);
             both
         };
         let mut x = Both::from_columns(&sensors.map(|s| s.parameters));
-        let mut by_bends = [Bends::<PARAMETERS>::zeros(); 2];
+        let mut by_nonlinearity = [Nonlinearity::<PARAMETERS>::zeros(); 2];
         let mut errors = Vec::new();
         for (i, sensor) in sensors.into_iter().enumerate() {
             let mut covariance = sensor.covariance;
             if are_known {
-                let with_bends: Bends<PARAMETERS> = covariance.fixed_columns::<6>(BENDS).into();
-                by_bends[i] = with_bends * spreads[i].pseudo_inverse(MIN_VARIANCE).ok()?;
-                let change = bends - sensor.parameters.fixed_rows::<6>(BENDS);
-                x += of_one(i, by_bends[i] * change);
-                covariance -= by_bends[i] * with_bends.transpose();
+                let with_nonlinearity: Nonlinearity<PARAMETERS> =
+                    covariance.fixed_columns::<6>(NONLINEARITY).into();
+                by_nonlinearity[i] =
+                    with_nonlinearity * spreads[i].pseudo_inverse(MIN_VARIANCE).ok()?;
+                let change = nonlinearity - sensor.parameters.fixed_rows::<6>(NONLINEARITY);
+                x += of_one(i, by_nonlinearity[i] * change);
+                covariance -= by_nonlinearity[i] * with_nonlinearity.transpose();
             }
             errors.extend(steps(&covariance)?.into_iter().map(|step| of_one(i, step)));
             if sensors[0].gravity != sensors[1].gravity {
@@ -397,10 +403,12 @@ impl Pair {
         if are_known {
             let mut covariance = Covariance::zeros();
             covariance
-                .fixed_view_mut::<6, 6>(BENDS, BENDS)
+                .fixed_view_mut::<6, 6>(NONLINEARITY, NONLINEARITY)
                 .copy_from(&spreads[better]);
             errors.extend(steps(&covariance)?.iter().map(|step| {
-                Both::from_columns(&by_bends.map(|by| by * step.fixed_rows::<6>(BENDS)))
+                Both::from_columns(
+                    &by_nonlinearity.map(|by| by * step.fixed_rows::<6>(NONLINEARITY)),
+                )
             }));
         }
         let gravity_mps2 = sensors.map(|s| s.gravity.value_mps2);

@@ -4,11 +4,11 @@ use gravical_core::matrix3;
 use nalgebra::{Matrix3, Vector3};
 use serde::{Deserialize, Serialize};
 
-use crate::model::{BENDS, BIAS, DRIFT, Parameters, matrix, median};
+use crate::model::{BIAS, DRIFT, NONLINEARITY, Parameters, matrix, median};
 use crate::pose::{Face, Pose};
-use crate::rows::{Hyperparameters, Linear, Placed};
+use crate::rows::{Hyperparameters, Linear, PoseState};
 use crate::search::{
-    Found, MAX_SESSION, Search, USUAL_BEND, USUAL_TILT_DEG, assign_first_roles, least_known,
+    Found, MAX_SESSION, Search, USUAL_NONLINEARITY, USUAL_TILT_DEG, assign_first_roles, least_known,
 };
 use crate::sensor::{Gravity, Sensor};
 use crate::sphere::centre;
@@ -118,19 +118,19 @@ const UNDETERMINED: f64 = 0.028;
 const SAME_PLACEMENT: f64 = 0.3 * std::f64::consts::PI / 180.0;
 
 /// The search brought to rest, without the poses that contradict the others.
-pub(crate) fn settled(
+pub(crate) fn converged(
     mut search: Search,
     poses: &[Pose],
     options: &Options,
 ) -> Result<Fit, Undetermined> {
     let open = || Undetermined::of(poses);
-    let mut found = search.settle().ok_or_else(open)?;
+    let mut found = search.converge().ok_or_else(open)?;
     let mut misfits = search.misfits();
     while misfits.iter().any(|(k, _)| search.is_outlier(*k, &found)) {
         for (k, chance) in misfits {
             search.poses[k].bad = Some(chance);
         }
-        found = search.settle().ok_or_else(open)?;
+        found = search.converge().ok_or_else(open)?;
         misfits = search.misfits();
     }
     let (direction, sd_mps2) = least_known(&found, options.gravity).ok_or_else(open)?;
@@ -142,7 +142,7 @@ pub(crate) fn settled(
     }
     let Found { linear, solution } = &found;
     let lengths = linear.lengths(&search.held, solution, |_| true);
-    let bare = search.held.bare();
+    let bare = search.held.noise_only();
     let alone = search.fit(&bare).ok_or_else(open)?;
     let noise = alone.linear.lengths(&bare, &alone.solution, |_| true);
     Ok(Fit {
@@ -199,12 +199,12 @@ pub(crate) fn prepare(poses: &[Pose], options: &Options) -> Option<Search> {
     let mut placed = Vec::new();
     let mut place_of = Vec::new();
     for pose in poses {
-        let one = Placed {
+        let one = PoseState {
             mean: Vector3::from(pose.mean) / scale,
             sd: Vector3::from(pose.sd) / scale,
             warmer_c: pose.temperature_c.map_or(0.0, |t| t - reference_c),
             hint: pose.hint,
-            ..Placed::default()
+            ..PoseState::default()
         };
         place_of.push(place(&mut placed, one, poses.len(), options.gravity));
     }
@@ -221,13 +221,13 @@ pub(crate) fn prepare(poses: &[Pose], options: &Options) -> Option<Search> {
                 .unwrap_or(USUAL_TILT_DEG.to_radians())
                 .max(1e-7),
             model_error: 0.0,
-            bend: USUAL_BEND.0,
+            nonlinearity_sd: USUAL_NONLINEARITY.0,
             prior: options.prior && nominal.is_some(),
             drift: options.drift,
             drift_sd: f64::INFINITY,
         },
-        typical_bend: USUAL_BEND.0,
-        straight: false,
+        typical_nonlinearity: USUAL_NONLINEARITY.0,
+        is_linear: false,
         tilt: options.tilt,
         channel_of: std::array::from_fn(|axis| start.column(axis).iamax()),
         x: Parameters::from_fn(|i, _| match i {
@@ -241,8 +241,8 @@ pub(crate) fn prepare(poses: &[Pose], options: &Options) -> Option<Search> {
 }
 
 /// Merges a pose into one that it repeats, or adds it; its place.
-fn place(placed: &mut Vec<(Placed, f64)>, pose: Placed, count: usize, gravity: f64) -> usize {
-    let same = |(other, _): &(Placed, f64)| {
+fn place(placed: &mut Vec<(PoseState, f64)>, pose: PoseState, count: usize, gravity: f64) -> usize {
+    let same = |(other, _): &(PoseState, f64)| {
         other.hint == pose.hint
             && (other.mean - pose.mean).norm() < SAME_PLACEMENT * gravity
             && count <= MAX_SESSION
@@ -314,15 +314,21 @@ impl Fit {
         })
     }
 
-    /// Bends of the axes: what a nonlinear response adds to ‖a‖ in units of g at 1 g, quadratic then
+    /// Nonlinearity of the axes: what a nonlinear response adds to ‖a‖ in units of g at 1 g, quadratic then
     /// cubic, x y z each. They are shown and not applied.
-    pub fn bends(&self) -> [f64; 6] {
-        std::array::from_fn(|i| self.linear.x[BENDS + i])
+    pub fn nonlinearity(&self) -> [f64; 6] {
+        std::array::from_fn(|i| self.linear.x[NONLINEARITY + i])
     }
 
-    /// Covariance of row-major M, b and the bends, gravity's uncertainty included, units as those.
+    /// Covariance of row-major M, b and the nonlinearity, gravity's uncertainty included, units as those.
     pub fn covariance(&self) -> [[f64; 18]; 18] {
-        let of = |i: usize| if i < DRIFT { i } else { i + BENDS - DRIFT };
+        let of = |i: usize| {
+            if i < DRIFT {
+                i
+            } else {
+                i + NONLINEARITY - DRIFT
+            }
+        };
         let all = self.sensor(1.0).covariance_with_gravity();
         std::array::from_fn(|i| std::array::from_fn(|k| all[(of(i), of(k))]))
     }

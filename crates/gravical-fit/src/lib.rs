@@ -16,12 +16,12 @@
 //! 8. [`consistency`]: does a calibration still fit, and do two of them differ?
 #![deny(missing_docs)]
 
-mod bends;
 mod bias_drift;
 pub mod consistency;
 mod fit;
 mod gyro;
 pub mod model;
+mod nonlinearity;
 mod pose;
 mod rows;
 mod search;
@@ -30,7 +30,6 @@ mod sphere;
 pub mod temperature;
 mod trust;
 
-pub use bends::fit;
 pub use bias_drift::{DriftTest, test_drift};
 pub use consistency::{SIGNIFICANCE, Test};
 pub use fit::{BiasDrift, Fit, FitQuality, FittedPose, Options, Undetermined};
@@ -38,6 +37,7 @@ pub use gyro::{
     FittedMotion, GyroFit, GyroOptions, GyroRest, GyroUndetermined, MIN_MOTIONS, MISFIT_RAD,
     Motion, MotionFit, Sample, StaticInterval, gyro,
 };
+pub use nonlinearity::fit;
 pub use pose::{Face, Hint, Pose, angle_deg};
 pub use search::{Explained, Explanation};
 pub use sensor::{

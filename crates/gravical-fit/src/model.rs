@@ -5,16 +5,16 @@
 
 use nalgebra::{DMatrix, DVector, Matrix3, SMatrix, SVector, Vector3};
 
-/// Number of parameters: M row-major, b, drift of b per °C, bends of the axes (quadratic, cubic).
+/// Number of parameters: M row-major, b, drift of b per °C, nonlinearity of the axes (quadratic, cubic).
 pub const PARAMETERS: usize = 21;
 /// First element of b.
 pub const BIAS: usize = 9;
 /// First element of the drift.
 pub const DRIFT: usize = 12;
-/// First bend.
-pub const BENDS: usize = 15;
+/// First nonlinearity coefficient.
+pub const NONLINEARITY: usize = 15;
 
-/// M row-major; b; drift of b per °C; bends: quadratic, cubic, as a share of g at 1 g.
+/// M row-major; b; drift of b per °C; nonlinearity: quadratic, cubic, as a share of g at 1 g.
 pub type Parameters = SVector<f64, PARAMETERS>;
 /// Covariance of these.
 pub type Covariance = SMatrix<f64, PARAMETERS, PARAMETERS>;
@@ -35,10 +35,10 @@ pub fn bias(x: &Parameters, warmer_c: f64) -> Vector3<f64> {
     Vector3::from_fn(|i, _| x[BIAS + i] + warmer_c * x[DRIFT + i])
 }
 
-/// Relative error of ‖a‖ along n by a nonlinear response of the axes, for each of the six bends:
+/// Relative error of ‖a‖ along n by a nonlinear response of the axes, for each of the six nonlinearity coefficients:
 /// Legendre's P₃ and P₄ (monic) of every component, the part of n² and n³ of an axis that no M and b
-/// imitate. M and b are thus those that suit the bent sensor best over the sphere.
-pub fn bends(n: &Vector3<f64>) -> SVector<f64, 6> {
+/// imitate. M and b are thus those that suit the nonlinear sensor best over the sphere.
+pub fn nonlinearity(n: &Vector3<f64>) -> SVector<f64, 6> {
     SVector::from_fn(|i, _| {
         let c = n[i % 3];
         if i < 3 {
@@ -49,21 +49,21 @@ pub fn bends(n: &Vector3<f64>) -> SVector<f64, 6> {
     })
 }
 
-/// Relative error of ‖a‖ along n by all bends.
-pub fn bend(x: &Parameters, n: &Vector3<f64>) -> f64 {
-    bends(n).dot(&x.fixed_rows::<6>(BENDS))
+/// Relative error of ‖a‖ along n by all six.
+pub fn nonlinear_error(x: &Parameters, n: &Vector3<f64>) -> f64 {
+    nonlinearity(n).dot(&x.fixed_rows::<6>(NONLINEARITY))
 }
 
 /// h of ‖a‖ along n: an error d of the parameters moves the length of a calibrated reading by
-/// −hᵀd. With w = M⁻ᵀ n it is [g w⊗n ; w], and g times [`bends`].
+/// −hᵀd. With w = M⁻ᵀ n it is [g w⊗n ; w], and g times [`nonlinearity`].
 pub fn sensitivity(inverse: &Matrix3<f64>, n: &Vector3<f64>, gravity: f64) -> Parameters {
     let w = inverse.transpose() * n;
-    let bends = bends(n);
+    let nonlinearity = nonlinearity(n);
     Parameters::from_fn(|i, _| match i {
         0..BIAS => gravity * w[i / 3] * n[i % 3],
         BIAS..DRIFT => w[i - BIAS],
-        DRIFT..BENDS => 0.0,
-        _ => gravity * bends[i - BENDS],
+        DRIFT..NONLINEARITY => 0.0,
+        _ => gravity * nonlinearity[i - NONLINEARITY],
     })
 }
 

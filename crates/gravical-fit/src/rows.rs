@@ -11,13 +11,14 @@
 use nalgebra::{DMatrix, DVector, Matrix3, SMatrix, Vector3};
 
 use crate::model::{
-    BENDS, BIAS, Covariance, DRIFT, PARAMETERS, Parameters, bend, bias, jacobian, matrix, tangents,
+    BIAS, Covariance, DRIFT, NONLINEARITY, PARAMETERS, Parameters, bias, jacobian, matrix,
+    nonlinear_error, tangents,
 };
 use crate::pose::{Face, Hint};
 
 /// A pose in working units (M is about 1), and what the search found out about it.
 #[derive(Debug, Clone, Default)]
-pub(crate) struct Placed {
+pub(crate) struct PoseState {
     pub mean: Vector3<f64>,
     pub sd: Vector3<f64>,
     /// °C above the temperature of reference.
@@ -40,8 +41,8 @@ pub(crate) struct Hyperparameters {
     pub tilt: f64,
     /// Standard deviation of what the model misses of a reading, m/s².
     pub model_error: f64,
-    /// Standard deviation of a bend, share of g at 1 g; 0: none.
-    pub bend: f64,
+    /// Standard deviation of a nonlinearity coefficient, share of g at 1 g; 0: none.
+    pub nonlinearity_sd: f64,
     /// The data sheet counts.
     pub prior: bool,
     /// The bias drifts with temperature, or moved.
@@ -51,11 +52,11 @@ pub(crate) struct Hyperparameters {
 }
 
 impl Hyperparameters {
-    /// Without model error and bends: what noise alone explains.
-    pub fn bare(&self) -> Hyperparameters {
+    /// Without model error and nonlinearity: what noise alone explains.
+    pub fn noise_only(&self) -> Hyperparameters {
         Hyperparameters {
             model_error: 0.0,
-            bend: 0.0,
+            nonlinearity_sd: 0.0,
             ..*self
         }
     }
@@ -74,15 +75,16 @@ impl Point {
         is_finite.then_some(Point { x: *x, inverse })
     }
 
-    fn force(&self, pose: &Placed) -> Vector3<f64> {
+    fn force(&self, pose: &PoseState) -> Vector3<f64> {
         self.inverse * (pose.mean - bias(&self.x, pose.warmer_c))
     }
 
     /// Length beyond g in m/s², and of a face the two angles off its axis in rad.
-    fn residual(&self, pose: &Placed, face: Option<Face>, gravity: f64) -> Vector3<f64> {
+    fn residual(&self, pose: &PoseState, face: Option<Face>, gravity: f64) -> Vector3<f64> {
         let force = self.force(pose);
         let norm = force.norm();
-        let long = norm + pose.shortfall - gravity * (1.0 + bend(&self.x, &(force / norm)));
+        let long =
+            norm + pose.shortfall - gravity * (1.0 + nonlinear_error(&self.x, &(force / norm)));
         let Some(face) = face else {
             return Vector3::new(long, 0.0, 0.0);
         };
@@ -94,7 +96,7 @@ impl Point {
     }
 
     /// How a residual follows the reading: the derivatives that its noise takes.
-    fn by_reading(&self, pose: &Placed, face: Option<Face>) -> Matrix3<f64> {
+    fn by_reading(&self, pose: &PoseState, face: Option<Face>) -> Matrix3<f64> {
         let force = self.force(pose);
         let norm = force.norm();
         let aside = |face: Face| tangents(&face.direction().into()).map(|t| t / norm);
@@ -104,7 +106,7 @@ impl Point {
 }
 
 /// Specific force of a pose in m/s², axes of the case.
-pub(crate) fn force(x: &Parameters, pose: &Placed) -> Option<Vector3<f64>> {
+pub(crate) fn force(x: &Parameters, pose: &PoseState) -> Option<Vector3<f64>> {
     Some(Point::new(x)?.force(pose))
 }
 
@@ -202,12 +204,12 @@ impl Linear {
     /// `oriented`: faces hold the frame and have rows of their own. `free` are the parameters that
     /// are fitted.
     pub fn new(
-        poses: &[Placed],
+        poses: &[PoseState],
         x: &Parameters,
         (oriented, free): (bool, &[usize]),
         held: &Hyperparameters,
     ) -> Option<Linear> {
-        let face = |pose: &Placed| pose.face.filter(|_| oriented);
+        let face = |pose: &PoseState| pose.face.filter(|_| oriented);
         let residuals = |x: &Parameters| {
             let point = Point::new(x)?;
             let mut stacked = DVector::zeros(3 * poses.len());
@@ -219,7 +221,7 @@ impl Linear {
         };
         let point = Point::new(x)?;
         let (value, derivatives) = (residuals(x)?, jacobian(x, residuals)?);
-        let row = |(k, pose): (usize, &Placed)| {
+        let row = |(k, pose): (usize, &PoseState)| {
             let by_reading = point.by_reading(pose, face(pose));
             let variance = Matrix3::from_diagonal(&pose.sd.component_mul(&pose.sd));
             let mut noise = by_reading * variance * by_reading.transpose();
@@ -271,7 +273,7 @@ impl Linear {
         Some(sum)
     }
 
-    /// The least squares with the data sheet and the bends as `held` has them. None where some
+    /// The least squares with the data sheet and the nonlinearity as `held` has them. None where some
     /// parameter is not determined at all.
     pub fn solve(&self, normal: &Normal, held: &Hyperparameters) -> Option<Solution> {
         let mut normal = normal.clone();
@@ -281,25 +283,25 @@ impl Linear {
             normal.gradient += derivatives.transpose() * residual;
             normal.cost += residual.norm_squared();
         }
-        if held.bend > 0.0 {
-            let weight = held.bend.powi(-2);
-            for i in BENDS..PARAMETERS {
+        if held.nonlinearity_sd > 0.0 {
+            let weight = held.nonlinearity_sd.powi(-2);
+            for i in NONLINEARITY..PARAMETERS {
                 normal.matrix[(i, i)] += weight;
                 normal.gradient[i] += weight * self.x[i];
                 normal.cost += weight * self.x[i].powi(2);
-                normal.log_determinant += 2.0 * held.bend.ln();
+                normal.log_determinant += 2.0 * held.nonlinearity_sd.ln();
             }
         }
         if held.drift && held.drift_sd.is_finite() {
             let weight = held.drift_sd.powi(-2);
-            for i in DRIFT..BENDS {
+            for i in DRIFT..NONLINEARITY {
                 normal.matrix[(i, i)] += weight;
                 normal.gradient[i] += weight * self.x[i];
                 normal.cost += weight * self.x[i].powi(2);
                 normal.log_determinant += 2.0 * held.drift_sd.ln();
             }
         }
-        let is_fitted = |i: &usize| *i < BENDS || held.bend > 0.0;
+        let is_fitted = |i: &usize| *i < NONLINEARITY || held.nonlinearity_sd > 0.0;
         let fitted: Vec<usize> = self.free.iter().copied().filter(is_fitted).collect();
         // Columns of length one: units differ.
         let scale = DVector::from_fn(fitted.len(), |i, _| {
@@ -361,7 +363,12 @@ impl Linear {
     }
 
     /// Sum of squares at another point, weights as at this one; none where it is not finite.
-    pub fn cost_at(&self, poses: &[Placed], x: &Parameters, held: &Hyperparameters) -> Option<f64> {
+    pub fn cost_at(
+        &self,
+        poses: &[PoseState],
+        x: &Parameters,
+        held: &Hyperparameters,
+    ) -> Option<f64> {
         let point = Point::new(x)?;
         let mut sum = 0.0;
         for (pose, row) in poses.iter().zip(&self.rows).filter(|(_, r)| r.counts) {
@@ -371,8 +378,8 @@ impl Linear {
         if held.prior {
             sum += data_sheet(x).norm_squared();
         }
-        if held.bend > 0.0 {
-            sum += x.fixed_rows::<6>(BENDS).norm_squared() / held.bend.powi(2);
+        if held.nonlinearity_sd > 0.0 {
+            sum += x.fixed_rows::<6>(NONLINEARITY).norm_squared() / held.nonlinearity_sd.powi(2);
         }
         if held.drift {
             sum += x.fixed_rows::<3>(DRIFT).norm_squared() / held.drift_sd.powi(2);
@@ -393,8 +400,8 @@ pub(crate) fn free_parameters(
 ) -> Vec<usize> {
     let is_free = |i: &usize| match *i {
         0..BIAS => oriented || i / 3 <= channel_of[i % 3],
-        DRIFT..BENDS => held.drift,
-        BENDS.. => held.bend > 0.0,
+        DRIFT..NONLINEARITY => held.drift,
+        NONLINEARITY.. => held.nonlinearity_sd > 0.0,
         _ => true,
     };
     (0..PARAMETERS).filter(is_free).collect()

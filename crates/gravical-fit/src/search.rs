@@ -1,5 +1,5 @@
 //! Finds the parameters, and with them what poses cannot be fitted without: roles, tilt, model error,
-//! bends, and the poses that do not fit.
+//! nonlinearity, and the poses that do not fit.
 
 mod explanations;
 mod misfits;
@@ -10,7 +10,8 @@ mod variances;
 use nalgebra::Vector3;
 
 use crate::model::{
-    BENDS, BIAS, DIRECTIONS, DRIFT, Parameters, inverse, matrix, sensitivity, sphere, tangents,
+    BIAS, DIRECTIONS, DRIFT, NONLINEARITY, Parameters, inverse, matrix, sensitivity, sphere,
+    tangents,
 };
 use crate::pose::Face;
 use state::MAX_ROUNDS;
@@ -19,11 +20,11 @@ pub use explanations::{Explained, Explanation};
 pub(crate) use misfits::{MAX_SESSION, USUAL_CHI2, USUAL_FREEDOM};
 pub(crate) use roles::assign_first_roles;
 pub(crate) use state::{Found, Search};
-pub(crate) use variances::{USUAL_BEND, USUAL_TILT_DEG};
+pub(crate) use variances::{USUAL_NONLINEARITY, USUAL_TILT_DEG};
 
 impl Search {
     /// Roles and variances in turn until no role changes; then the shift of the scale by tilts.
-    pub fn settle(&mut self) -> Option<Found> {
+    pub fn converge(&mut self) -> Option<Found> {
         self.poses.iter_mut().for_each(|p| p.shortfall = 0.0);
         for _ in 0..MAX_ROUNDS {
             let before: Vec<Option<Face>> = self.poses.iter().map(|p| p.face).collect();
@@ -71,7 +72,7 @@ pub(crate) fn least_known(found: &Found, gravity: f64) -> Option<(Vector3<f64>, 
     sphere(DIRECTIONS)
         .map(|n| {
             let mut h = sensitivity(&inverse, &n, gravity);
-            h.fixed_rows_mut::<6>(BENDS).fill(0.0);
+            h.fixed_rows_mut::<6>(NONLINEARITY).fill(0.0);
             (n, (found.solution.covariance * h).dot(&h).max(0.0).sqrt())
         })
         .max_by(|a, b| a.1.total_cmp(&b.1))

@@ -5,8 +5,8 @@ use serde::{Deserialize, Serialize};
 use statrs::distribution::ContinuousCDF;
 
 use crate::model::{
-    BENDS, BIAS, Covariance, DIRECTIONS, MAX_STEPS, PARAMETERS, Parameters, bend, invariants,
-    inverse, jacobian, matrix, sensitivity, sphere,
+    BIAS, Covariance, DIRECTIONS, MAX_STEPS, NONLINEARITY, PARAMETERS, Parameters, invariants,
+    inverse, jacobian, matrix, nonlinear_error, sensitivity, sphere,
 };
 
 /// Gravity, and how well it is known.
@@ -21,7 +21,7 @@ pub struct Gravity {
 /// A calibration as numbers, in the unit of the readings.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Sensor {
-    /// M, b, drift and bends; what is not known of the last two is 0.
+    /// M, b, drift and nonlinearity; what is not known of the last two is 0.
     pub parameters: Parameters,
     /// Covariance of these by the readings: without the error of gravity, which later readings in
     /// the same place share. Rows of what is not known are 0.
@@ -37,9 +37,9 @@ pub struct Sensor {
 pub struct Claim {
     /// Unit vector of specific force.
     pub direction: Vector3<f64>,
-    /// Error by the bends that the poses show, m/s².
-    pub bent_mps2: f64,
-    /// Standard deviation of what parameters, gravity and bends leave open, m/s². The model error is in it once
+    /// Error by the nonlinearity that the poses show, m/s².
+    pub nonlinear_mps2: f64,
+    /// Standard deviation of what parameters, gravity and nonlinearity leave open, m/s². The model error is in it once
     /// and in full: poses do not average it out.
     pub sd_mps2: f64,
 }
@@ -167,7 +167,7 @@ impl Sensor {
 
     /// The same for readings divided by `unit`.
     pub fn rescaled(mut self, unit: f64) -> Sensor {
-        for i in 0..BENDS {
+        for i in 0..NONLINEARITY {
             self.parameters[i] /= unit;
             self.covariance.row_mut(i).scale_mut(unit.recip());
             self.covariance.column_mut(i).scale_mut(unit.recip());
@@ -189,7 +189,7 @@ impl Sensor {
             let h = sensitivity(&inverse, &direction, gravity);
             Claim {
                 direction,
-                bent_mps2: gravity * bend(&self.parameters, &direction),
+                nonlinear_mps2: gravity * nonlinear_error(&self.parameters, &direction),
                 sd_mps2: root((covariance * h).dot(&h)).hypot(self.model_error_mps2),
             }
         };
@@ -199,14 +199,14 @@ impl Sensor {
     /// Predicted error of ‖a‖, root mean square over the sphere, m/s².
     pub fn predicted_mps2(&self) -> f64 {
         let claims = self.claims(sphere(DIRECTIONS));
-        let square = |claim: &Claim| claim.bent_mps2.powi(2) + claim.sd_mps2.powi(2);
+        let square = |claim: &Claim| claim.nonlinear_mps2.powi(2) + claim.sd_mps2.powi(2);
         (claims.iter().map(square).sum::<f64>() / DIRECTIONS as f64).sqrt()
     }
 
     /// The direction in which the error claimed of ‖a‖ is largest, standard deviations counting `factor` times.
     pub fn weakest(&self, factor: f64) -> WorstDirection {
         let claims = self.claims(sphere(DIRECTIONS));
-        let error = |claim: &Claim| claim.bent_mps2.abs() + factor * claim.sd_mps2;
+        let error = |claim: &Claim| claim.nonlinear_mps2.abs() + factor * claim.sd_mps2;
         let errors = DVector::from_iterator(DIRECTIONS, claims.iter().map(error));
         let worst = &claims[errors.imax()];
         WorstDirection {

@@ -8,10 +8,10 @@ use statrs::distribution::{ContinuousCDF, StudentsT};
 
 use crate::fit::Fit;
 use crate::model::{
-    BIAS, Covariance, DIRECTIONS, Parameters, bend, bias, inverse, matrix, median, sensitivity,
-    sphere,
+    BIAS, Covariance, DIRECTIONS, Parameters, bias, inverse, matrix, median, nonlinear_error,
+    sensitivity, sphere,
 };
-use crate::rows::{Hyperparameters, Placed, Row, force};
+use crate::rows::{Hyperparameters, PoseState, Row, force};
 use crate::search::{Explained, MAX_SESSION, USUAL_CHI2, USUAL_FREEDOM};
 use crate::sensor::{Sensor, WorstDirection};
 
@@ -125,11 +125,11 @@ pub struct Budget {
     pub noise: f64,
     /// What the model misses of the readings.
     pub model_error: f64,
-    /// Nonlinear response: the bends that the poses show.
-    pub bends: f64,
+    /// The nonlinearity that the poses show.
+    pub nonlinearity: f64,
     /// Tilts of the faces.
     pub tilt: f64,
-    /// Data sheet and what is usual of bends, where the poses determine less.
+    /// Data sheet and the usual nonlinearity, where the poses determine less.
     pub data_sheet: f64,
 }
 
@@ -137,8 +137,8 @@ pub struct Budget {
 #[derive(Clone)]
 struct State {
     covariance: Covariance,
-    /// The same without bends: what one pose tests of another.
-    straight: Covariance,
+    /// The same without nonlinearity: what one pose tests of another.
+    linear_covariance: Covariance,
     /// Of each pose that counts: its number as given, derivatives of the whitened response to an error of 1 m/s²
     /// along gravity, and its square.
     tests: Vec<(usize, Parameters, f64)>,
@@ -240,15 +240,18 @@ impl Fit {
         let variance = (rest.covariance * h).dot(&h) + held.model_error.powi(2) + noise;
         Some(LeftOut {
             error_mps2: force.norm() - gravity,
-            sd_mps2: variance.sqrt().hypot(gravity * bend(&x, &n)),
+            sd_mps2: variance.sqrt().hypot(gravity * nonlinear_error(&x, &n)),
         })
     }
 
     fn state(&self) -> Option<State> {
         let held = &self.search.held;
-        let straight = Hyperparameters { bend: 0.0, ..*held };
+        let without = Hyperparameters {
+            nonlinearity_sd: 0.0,
+            ..*held
+        };
         let linear = &self.linear;
-        let solution = linear.solve_poses(&straight, |_| true)?;
+        let solution = linear.solve_poses(&without, |_| true)?;
         let test = |(k, row): (usize, &Row)| {
             let pose = self.search.place_of.iter().position(|place| *place == k)?;
             let whitener = row.whitener(held)?;
@@ -261,7 +264,7 @@ impl Fit {
         let rows = rows.filter(|(_, row)| row.counts);
         Some(State {
             covariance: self.working_sensor.covariance,
-            straight: solution.covariance,
+            linear_covariance: solution.covariance,
             tests: rows.filter_map(test).collect(),
             freedom: linear.lengths(held, &solution, |_| true).freedom,
         })
@@ -283,7 +286,7 @@ impl Fit {
         let scale = ((state.freedom - 1.0).max(0.0) + USUAL_CHI2 * USUAL_FREEDOM) / freedom;
         let shown = (limit + POWER_90) * scale.sqrt();
         let each = state.tests.iter().filter_map(|(pose, influence, weight)| {
-            let moved = state.straight * influence;
+            let moved = state.linear_covariance * influence;
             let redundancy = weight - influence.dot(&moved);
             // Below this share of the error the difference is rounding.
             let reading_mps2 = if redundancy > 1e-9 * weight {
@@ -308,11 +311,11 @@ impl Fit {
         let h = sensitivity(&inverse(&self.linear.x), n, self.search.held.gravity);
         let mut more = state.clone();
         let variance = sd * sd;
-        for covariance in [&mut more.covariance, &mut more.straight] {
+        for covariance in [&mut more.covariance, &mut more.linear_covariance] {
             let moved = *covariance * h;
             *covariance -= moved * moved.transpose() / (h.dot(&moved) + variance);
         }
-        more.freedom += 1.0 - (more.straight * h).dot(&h) / variance;
+        more.freedom += 1.0 - (more.linear_covariance * h).dot(&h) / variance;
         let number = self.search.place_of.len() + state.tests.len();
         more.tests.push((number, -h / variance, 1.0 / variance));
         more
@@ -365,7 +368,7 @@ impl Fit {
     }
 
     fn directions(&self) -> Vec<Vector3<f64>> {
-        let of = |p: &Placed| force(&self.linear.x, p).unwrap_or_default().normalize();
+        let of = |p: &PoseState| force(&self.linear.x, p).unwrap_or_default().normalize();
         self.search.poses.iter().map(of).collect()
     }
 
@@ -392,15 +395,15 @@ impl Fit {
         let along = self.sensitivities();
         let rms = |squares: f64| (squares / DIRECTIONS as f64).sqrt();
         let of = |c: &Covariance| rms(along.iter().map(|(_, h)| (c * h).dot(h).max(0.0)).sum());
-        let bends = along
+        let nonlinearity = along
             .iter()
-            .map(|(n, _)| (held.gravity * bend(&self.linear.x, n)).powi(2));
+            .map(|(n, _)| (held.gravity * nonlinear_error(&self.linear.x, n)).powi(2));
         Some(Budget {
             noise: of(&sums[0]),
             model_error: of(&sums[1]).hypot(held.model_error),
             tilt: of(&sums[2]),
             data_sheet: of(&rest),
-            bends: rms(bends.sum()),
+            nonlinearity: rms(nonlinearity.sum()),
         })
     }
 }

@@ -38,7 +38,7 @@ use gravical_recording::write::{Cell, Table, Writer};
 use serde::{Deserialize, Serialize};
 
 use crate::apply::{OutputUnit, SetAside, set_aside};
-use crate::poses::gyro_unit::settle;
+use crate::poses::gyro_unit::decide_unit;
 use crate::problem::Problem;
 use crate::recording::{
     AccelScale, Finding, GyroScale, ReadOptions, Recording, nominal_accel, read_samples,
@@ -117,7 +117,7 @@ pub fn convert_file<'a>(
     out: &mut dyn Write,
 ) -> Result<ConvertSummary> {
     let mut recording = read_samples(file, read)?;
-    settle(&mut recording);
+    decide_unit(&mut recording);
     let start_unix_s = recording.recorded_at().and(recording.start_unix_s());
     let rows = recording.rows();
     let mut columns = columns(&mut recording, options)?;

@@ -273,7 +273,7 @@ fn by_fit(
     let left_out_rms = trust.left_out_rms();
     let accelerometer = Accelerometer {
         covariance: Some(Covariance::new(fit.covariance())),
-        bends: Some(fit.bends()),
+        nonlinearity: Some(fit.nonlinearity()),
         ..section(session, &calibration)
     };
     let reliability = Reliability {

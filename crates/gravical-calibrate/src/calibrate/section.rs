@@ -36,7 +36,7 @@ pub(super) fn budget(session: &Session<'_>, estimate: &Estimate) -> Option<Budge
             (Source::Noise, Some(noise)),
             (Source::Quantisation, Some(budget.noise * rounding)),
             (Source::ModelError, Some(budget.model_error)),
-            (Source::Nonlinearity, Some(budget.bends)),
+            (Source::Nonlinearity, Some(budget.nonlinearity)),
             (Source::PoseTilt, Some(budget.tilt)),
             (Source::DataSheet, Some(budget.data_sheet)),
         ]

@@ -5,7 +5,9 @@ use std::collections::BTreeSet;
 
 use gravical_core::matrix3;
 use gravical_fit::consistency::Placements;
-use gravical_fit::model::{BENDS, BIAS, Covariance as ParameterCovariance, DRIFT, Parameters};
+use gravical_fit::model::{
+    BIAS, Covariance as ParameterCovariance, DRIFT, NONLINEARITY, Parameters,
+};
 use gravical_fit::{
     Deviations, Face, Gravity, Mounting, Sensor, covariance_by_gravity, deviations,
 };
@@ -28,18 +30,22 @@ const UNSIGNED_OFFSET: f64 = 32768.0;
 const MATTERS: f64 = 0.8;
 
 /// None where the matrix is singular.
-fn parameters(matrix: &[[f64; 3]; 3], bias: &[f64; 3], bends: [f64; 6]) -> Option<Parameters> {
+fn parameters(
+    matrix: &[[f64; 3]; 3],
+    bias: &[f64; 3],
+    nonlinearity: [f64; 6],
+) -> Option<Parameters> {
     let model = matrix3::inverse(matrix)?;
     Some(Parameters::from_fn(|i, _| match i {
         0..BIAS => model[i / 3][i % 3],
         BIAS..DRIFT => bias[i - BIAS],
-        BENDS.. => bends[i - BENDS],
+        NONLINEARITY.. => nonlinearity[i - NONLINEARITY],
         _ => 0.0,
     }))
 }
 
 impl Covariance {
-    /// Of M, b and, if they were fitted, bends; none of another size, not finite or zero throughout.
+    /// Of M, b and, if they were fitted, the nonlinearity coefficients; none of another size, not finite or zero throughout.
     #[doc(hidden)]
     pub fn of_parameters(&self) -> Option<ParameterCovariance> {
         let values = &self.values;
@@ -47,7 +53,13 @@ impl Covariance {
         if !matches!(size, 12 | 18) || values.iter().any(|row| row.len() != size) {
             return None;
         }
-        let place = |i: usize| if i < DRIFT { i } else { i - DRIFT + BENDS };
+        let place = |i: usize| {
+            if i < DRIFT {
+                i
+            } else {
+                i - DRIFT + NONLINEARITY
+            }
+        };
         let mut covariance = ParameterCovariance::zeros();
         for (i, row) in values.iter().enumerate() {
             for (k, value) in row.iter().enumerate() {
@@ -168,10 +180,14 @@ impl Reliability {
 }
 
 impl Accelerometer {
-    /// M, b and bends, in the input unit; none where the matrix is singular.
+    /// M, b and nonlinearity, in the input unit; none where the matrix is singular.
     #[doc(hidden)]
     pub fn parameters(&self) -> Option<Parameters> {
-        parameters(&self.matrix, &self.bias, self.bends.unwrap_or_default())
+        parameters(
+            &self.matrix,
+            &self.bias,
+            self.nonlinearity.unwrap_or_default(),
+        )
     }
 
     /// Covariance of these, the error of gravity included; none where it is absent, of another size,

@@ -135,12 +135,12 @@ pub struct Accelerometer {
     pub bias: [f64; 3],
     /// calibrated = matrix · (raw − bias), m/s² per input unit, row-major.
     pub matrix: [[f64; 3]; 3],
-    /// Covariance of the twelve parameters of raw = M a + b, M = K R, and of the six bends if they
+    /// Covariance of the twelve parameters of raw = M a + b, M = K R, and of the six nonlinearity coefficients if they
     /// were fitted; null if no standard errors are known.
     pub covariance: Option<Covariance>,
     /// Nonlinear response of the axes, not applied: what it adds to ‖a‖ as a share of g at 1 g,
     /// quadratic x, y, z, then cubic; null if it was not fitted.
-    pub bends: Option<[f64; 6]>,
+    pub nonlinearity: Option<[f64; 6]>,
     /// Nominal scale, input unit per m/s²; null if it is unknown.
     #[serde(default)]
     pub nominal_scale: Option<f64>,
@@ -195,15 +195,15 @@ pub enum Method {
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub struct Covariance {
-    /// `m_xx, m_xy, … m_zz, bias_x, bias_y, bias_z`, and for a fit `bend_x2 … bend_z3`; m in input
-    /// unit per m/s², bias in input unit, bends as shares of g.
+    /// `m_xx, m_xy, … m_zz, bias_x, bias_y, bias_z`, and for a fit `nonlinearity_x2 … nonlinearity_z3`; m in input
+    /// unit per m/s², bias in input unit, nonlinearity as shares of g.
     pub parameters: Vec<String>,
     /// Rows.
     pub values: Vec<Vec<f64>>,
 }
 
 impl Covariance {
-    /// Of the twelve parameters, of these and the six bends (18), or of the bias alone (3).
+    /// Of the twelve parameters, of these and the six nonlinearity coefficients (18), or of the bias alone (3).
     pub fn new<const N: usize>(values: [[f64; N]; N]) -> Self {
         Covariance {
             parameters: Self::names(N),
@@ -213,7 +213,14 @@ impl Covariance {
 
     /// Names of the rows of a covariance of this size, 3, 12 or 18; none for another.
     pub fn names(size: usize) -> Vec<String> {
-        let rows = ["m_x", "m_y", "m_z", "bias_", "bend_", "bend_"];
+        let rows = [
+            "m_x",
+            "m_y",
+            "m_z",
+            "bias_",
+            "nonlinearity_",
+            "nonlinearity_",
+        ];
         let powers = ["", "", "", "", "2", "3"];
         let named = rows.iter().zip(powers);
         let names =

@@ -88,7 +88,7 @@ pub fn judge(
 
 /// The same between all rests, which are returned, set in the recording with its findings.
 #[doc(hidden)]
-pub fn settle(recording: &mut Recording) -> Vec<Range<usize>> {
+pub fn decide_unit(recording: &mut Recording) -> Vec<Range<usize>> {
     let (rests, mut findings) = (find_rests(recording), Vec::new());
     if let Some(scale) = judge(recording, None, &rests, &mut findings) {
         recording.units.gyro = Some(scale);

@@ -22,27 +22,32 @@ fn truth() -> Parameters {
 }
 
 /// M and b by the fit of lengths to `directions`, linear about the truth, and what orients it;
-/// the true sensor reads `bends` that the fit knows to `sd_of_bends` only.
-fn fitted(rng: &mut ChaCha8Rng, directions: usize, sd_of_bends: f64, bends: &Parameters) -> Sensor {
+/// the true sensor reads `nonlinearity` that the fit knows to `sd_of_nonlinearity` only.
+fn fitted(
+    rng: &mut ChaCha8Rng,
+    directions: usize,
+    sd_of_nonlinearity: f64,
+    nonlinearity: &Parameters,
+) -> Sensor {
     let x = truth();
     let inverse = matrix(&x).try_inverse().unwrap();
     let mut information = Covariance::zeros();
     let mut pulled = Parameters::zeros();
     for n in sphere(directions) {
-        // −hᵀd = error of the length: noise, and the bends that are 0 in x.
+        // −hᵀd = error of the length: noise, and the nonlinearity that is 0 in x.
         let h = sensitivity(&inverse, &n, G);
-        let length = NOISE * normal(rng) + h.dot(bends);
+        let length = NOISE * normal(rng) + h.dot(nonlinearity);
         information += h * h.transpose() / NOISE.powi(2);
         pulled += h * length / NOISE.powi(2);
     }
-    // The frame and the bends by another source; the drift, and bends without one, are held.
+    // The frame and the nonlinearity by another source; the drift, and nonlinearity without one, are held.
     let mut held = Vec::new();
     for i in 0..PARAMETERS {
         let sd = match i {
             0..BIAS => 2e-4,
             BIAS..DRIFT => 1.0,
-            DRIFT..BENDS => 0.0,
-            _ => sd_of_bends,
+            DRIFT..NONLINEARITY => 0.0,
+            _ => sd_of_nonlinearity,
         };
         if sd == 0.0 {
             information.row_mut(i).fill(0.0);
@@ -72,7 +77,8 @@ fn fitted(rng: &mut ChaCha8Rng, directions: usize, sd_of_bends: f64, bends: &Par
 fn stills(rng: &mut ChaCha8Rng, count: usize, x: &Parameters) -> Vec<StaticMean> {
     let mut noise = || Vector3::from_fn(|_, _| NOISE * normal(rng));
     let still = |n: Vector3<f64>| StaticMean {
-        mean: (matrix(x) * n * (G * (1.0 + bend(x, &n))) + bias(x, 0.0) + noise()).into(),
+        mean: (matrix(x) * n * (G * (1.0 + nonlinear_error(x, &n))) + bias(x, 0.0) + noise())
+            .into(),
         sd: [NOISE; 3],
         sd_of_length_mps2: 0.0,
     };
@@ -140,8 +146,8 @@ fn nothing_to_test_is_no_panic() {
     }
 }
 
-/// Bends of 0.2 % that the fit knows to 0.2 %, seen by few poses: shared, they make no difference
-/// between two calibrations, and the second one of more poses none either; nor one that fits no bends,
+/// A nonlinearity of 0.2 % that the fit knows to 0.2 %, seen by few poses: shared, it makes no difference
+/// between two calibrations, and the second one of more poses none either; nor one that fits no nonlinearity,
 /// which many poses average out of M and b.
 #[test]
 fn bends_are_shared() {
@@ -149,10 +155,10 @@ fn bends_are_shared() {
         let mut p = Vec::new();
         for seed in 0..100 {
             let mut rng = ChaCha8Rng::seed_from_u64(seed);
-            let mut bends = Parameters::zeros();
-            (BENDS..21).for_each(|i| bends[i] = 0.002 * normal(&mut rng));
-            let a = fitted(&mut rng, first, 0.002, &bends);
-            let b = fitted(&mut rng, second, sd, &bends);
+            let mut nonlinearity = Parameters::zeros();
+            (NONLINEARITY..21).for_each(|i| nonlinearity[i] = 0.002 * normal(&mut rng));
+            let a = fitted(&mut rng, first, 0.002, &nonlinearity);
+            let b = fitted(&mut rng, second, sd, &nonlinearity);
             p.push(compared(&a, &b).unwrap().magnitude.test.p_value);
         }
         let share = share_below(&p, 0.05);

@@ -142,6 +142,6 @@ fn weighed(
     what: Explanation,
     prior: f64,
 ) -> Option<(Explanation, Parameters, f64)> {
-    let found = search.settle()?;
+    let found = search.converge()?;
     Some((what, found.linear.x, search.evidence(&found) + prior.ln()))
 }

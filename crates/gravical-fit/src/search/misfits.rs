@@ -35,10 +35,10 @@ struct Deletion {
 impl Search {
     /// The pose whose deletion lowers χ² of the lengths by more than chance, and the chance of that: an
     /// F test by noise alone against what remains, with Bonferroni's correction for having picked the
-    /// worst. Bends are left out, since they would take in what one bad pose does. Of more poses than a
+    /// worst. The nonlinearity is left out, since it would take in what one bad pose does. Of more poses than a
     /// session by hand has, all that are rarer than chance.
     pub fn misfits(&self) -> Vec<(usize, f64)> {
-        let held = self.held.bare();
+        let held = self.held.noise_only();
         let counted = (0..self.poses.len()).filter(|k| self.poses[*k].bad.is_none());
         let count = counted.clone().count();
         let out = (self.poses.len() - count) as f64;
@@ -102,16 +102,16 @@ impl Search {
         }
         let mut other = self.clone();
         other.poses[k].outlier_sd = BAD_POSE_MPS2;
-        let Some(without) = other.settle() else {
+        let Some(without) = other.converge() else {
             return false;
         };
         other.evidence(&without) + BAD_POSE.ln() > self.evidence(found)
     }
 
-    /// Logarithm of the likelihood of the session, integrated over parameters and the spread of bends
+    /// Logarithm of the likelihood of the session, integrated over parameters and the spread of nonlinearity
     /// (MacKay, Neural Computation 4, 1992).
     pub(super) fn evidence(&self, found: &Found) -> f64 {
-        if self.straight {
+        if self.is_linear {
             return found.solution.log_likelihood;
         }
         let sum = |(grid, best): (Vec<(f64, f64)>, f64)| {

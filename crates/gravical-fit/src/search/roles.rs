@@ -5,14 +5,14 @@ use std::f64::consts::TAU;
 use super::variances::USUAL_TILT_DEG;
 use crate::model::Parameters;
 use crate::pose::{Face, Hint, angle_deg};
-use crate::rows::{Placed, force};
+use crate::rows::{PoseState, force};
 
 /// Beyond this nothing is a face, degrees.
 const MAX_FACE_DEG: f64 = 25.0;
 
 /// First roles: of the poses that may be a face the nearest to it, however far off the names are;
 /// the others follow when the fit knows how faces lie.
-pub(crate) fn assign_first_roles(poses: &mut [Placed], x: &Parameters) {
+pub(crate) fn assign_first_roles(poses: &mut [PoseState], x: &Parameters) {
     for pose in poses.iter_mut() {
         if let Hint::Face(face) = pose.hint {
             pose.face = Some(face);
@@ -35,8 +35,8 @@ pub(crate) fn assign_first_roles(poses: &mut [Placed], x: &Parameters) {
 }
 
 /// The face that each pose may lie on, and its angle to it in degrees.
-fn candidates(poses: &[Placed], x: &Parameters) -> Vec<Option<(Face, f64)>> {
-    let candidate = |pose: &Placed| {
+fn candidates(poses: &[PoseState], x: &Parameters) -> Vec<Option<(Face, f64)>> {
+    let candidate = |pose: &PoseState| {
         let force = <[f64; 3]>::from(force(x, pose)?);
         match pose.hint {
             Hint::Named(face) => Some((face, angle_deg(force, face.direction()))),
@@ -50,9 +50,9 @@ fn candidates(poses: &[Placed], x: &Parameters) -> Vec<Option<(Face, f64)>> {
 /// A pose is a face where that is likelier than that it points anywhere. Faces have the spread
 /// that makes all angles together likeliest: an estimate from what was taken for faces would grow
 /// with every deliberate tilt among them.
-pub(super) fn assign_roles(poses: &mut [Placed], x: &Parameters, tilt: Option<f64>) {
+pub(super) fn assign_roles(poses: &mut [PoseState], x: &Parameters, tilt: Option<f64>) {
     let candidates = candidates(poses, x);
-    let is_named = |pose: &Placed| matches!(pose.hint, Hint::Named(_));
+    let is_named = |pose: &PoseState| matches!(pose.hint, Hint::Named(_));
     let counted = poses.iter().zip(&candidates);
     let angles: Vec<(f64, bool)> = counted
         .filter(|(pose, _)| pose.bad.is_none())

@@ -2,8 +2,8 @@
 
 use nalgebra::Matrix3;
 
-use crate::model::{BENDS, Parameters, matrix};
-use crate::rows::{Hyperparameters, Linear, Placed, Solution, free_parameters};
+use crate::model::{NONLINEARITY, Parameters, matrix};
+use crate::rows::{Hyperparameters, Linear, PoseState, Solution, free_parameters};
 
 /// Steps of the search for the parameters.
 const MAX_STEPS: usize = 40;
@@ -13,7 +13,7 @@ pub(super) const MAX_ROUNDS: usize = 8;
 /// The fit so far.
 #[derive(Debug, Clone)]
 pub(crate) struct Search {
-    pub poses: Vec<Placed>,
+    pub poses: Vec<PoseState>,
     /// Place among them of every pose that was given: repeats are merged.
     pub place_of: Vec<usize>,
     /// Input unit per working unit.
@@ -21,10 +21,10 @@ pub(crate) struct Search {
     /// Mean temperature of the poses, °C.
     pub reference_c: f64,
     pub held: Hyperparameters,
-    /// Geometric mean of the likely spreads of bends; `held` has their root mean square.
-    pub typical_bend: f64,
-    /// Without bends.
-    pub straight: bool,
+    /// Geometric mean of the likely spreads of the nonlinearity; `held` has their root mean square.
+    pub typical_nonlinearity: f64,
+    /// Without nonlinearity.
+    pub is_linear: bool,
     /// Tilt that was given, rad.
     pub tilt: Option<f64>,
     /// The channel along each axis of the case.
@@ -40,20 +40,24 @@ pub(crate) struct Found {
 }
 
 impl Search {
-    /// What parameters are estimated with. What is claimed of them has to allow for all bends that are
+    /// What parameters are estimated with. What is claimed of them has to allow for all nonlinearity that is
     /// likely, and `held` has their mean square; with that the parameters would trust directions across
-    /// an axis, which no bend changes, more than is usually right.
+    /// an axis, which no nonlinearity changes, more than is usually right.
     pub fn estimating(&self) -> Hyperparameters {
         Hyperparameters {
-            bend: self.typical_bend,
+            nonlinearity_sd: self.typical_nonlinearity,
             ..self.held
         }
     }
 
-    /// The same without bends.
-    pub fn straightened(&self) -> Search {
+    /// The same without nonlinearity.
+    pub fn without_nonlinearity(&self) -> Search {
         let mut search = self.clone();
-        (search.straight, search.typical_bend, search.held.bend) = (true, 0.0, 0.0);
+        (
+            search.is_linear,
+            search.typical_nonlinearity,
+            search.held.nonlinearity_sd,
+        ) = (true, 0.0, 0.0);
         search
     }
 
@@ -69,8 +73,8 @@ impl Search {
         let oriented = self.is_oriented();
         let free = free_parameters(oriented, self.channel_of, held);
         let mut x = self.x;
-        if held.bend == 0.0 {
-            x.fixed_rows_mut::<6>(BENDS).fill(0.0);
+        if held.nonlinearity_sd == 0.0 {
+            x.fixed_rows_mut::<6>(NONLINEARITY).fill(0.0);
         }
         if !oriented {
             upper_triangular(&mut x, self.channel_of)?;

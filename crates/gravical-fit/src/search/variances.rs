@@ -1,17 +1,17 @@
-//! Tilt, bends and model error: the variances that the poses are weighed with.
+//! Tilt, nonlinearity and model error: the variances that the poses are weighed with.
 
 use super::state::{Found, MAX_ROUNDS, Search};
 use crate::rows::Hyperparameters;
 
 /// What is known of the tilt before any pose, degrees: a box on a table, give or take a factor of e.
 pub(crate) const USUAL_TILT_DEG: f64 = 1.0;
-/// What is known of a bend before any pose: 0.05 % of g at 1 g, give or take a factor of e^1.5.
-pub(crate) const USUAL_BEND: (f64, f64) = (5e-4, 1.5);
+/// What is known of a nonlinearity coefficient before any pose: 0.05 % of g at 1 g, give or take a factor of e^1.5.
+pub(crate) const USUAL_NONLINEARITY: (f64, f64) = (5e-4, 1.5);
 /// Shares by which a variance may still change.
 const CLOSE: f64 = 2e-3;
 
 impl Search {
-    /// Tilt, bends and model error by restricted maximum likelihood (Patterson and Thompson, Biometrika 58,
+    /// Tilt, nonlinearity and model error by restricted maximum likelihood (Patterson and Thompson, Biometrika 58,
     /// 1971) of the linearised problem.
     pub(super) fn estimate_variances(&mut self) -> Option<()> {
         for _ in 0..MAX_ROUNDS {
@@ -25,15 +25,15 @@ impl Search {
             if self.tilt.is_none() && self.is_oriented() {
                 self.held.tilt = likeliest_tilt(&self.held, likelihood);
             }
-            if !self.straight {
+            if !self.is_linear {
                 let (grid, _) = self.likely_bends(&found)?;
                 let all: f64 = grid.iter().map(|(_, weight)| weight).sum();
                 let mean = |value: fn(f64) -> f64| {
-                    let each = grid.iter().map(|(bend, weight)| value(*bend) * weight);
+                    let each = grid.iter().map(|(sd, weight)| value(*sd) * weight);
                     each.sum::<f64>() / all
                 };
-                self.held.bend = mean(|bend| bend * bend).sqrt();
-                self.typical_bend = mean(f64::ln).exp();
+                self.held.nonlinearity_sd = mean(|sd| sd * sd).sqrt();
+                self.typical_nonlinearity = mean(f64::ln).exp();
             }
             let mut bare = self.held;
             bare.model_error = 0.0;
@@ -45,7 +45,8 @@ impl Search {
             } else {
                 likeliest_error(&self.held, likelihood)
             };
-            let values = |held: &Hyperparameters| [held.tilt, held.bend, held.model_error];
+            let values =
+                |held: &Hyperparameters| [held.tilt, held.nonlinearity_sd, held.model_error];
             let mut pairs = values(&self.held).into_iter().zip(values(&before));
             if pairs.all(|(a, b)| (a - b).abs() <= CLOSE * a.abs().max(b.abs())) {
                 break;
@@ -54,23 +55,27 @@ impl Search {
         Some(())
     }
 
-    /// Spreads of bends with their density, prior times likelihood, as a share of the largest; and the
-    /// logarithm of that. Six bends tell little of their spread: all that are likely count.
+    /// Spreads of nonlinearity with their density, prior times likelihood, as a share of the largest; and the
+    /// logarithm of that. Six coefficients tell little of their spread: all that are likely count.
     pub(super) fn likely_bends(&self, found: &Found) -> Option<(Vec<(f64, f64)>, f64)> {
         let normal = found.linear.normal(&self.held, |_| true)?;
-        let (usual, factor) = USUAL_BEND;
+        let (usual, factor) = USUAL_NONLINEARITY;
         let density = |i: i32| {
-            let bend = 3e-5 * 2_f64.powi(i);
-            let before = -0.5 * ((bend / usual).ln() / factor).powi(2);
-            let solution = found
-                .linear
-                .solve(&normal, &Hyperparameters { bend, ..self.held });
+            let sd = 3e-5 * 2_f64.powi(i);
+            let before = -0.5 * ((sd / usual).ln() / factor).powi(2);
+            let solution = found.linear.solve(
+                &normal,
+                &Hyperparameters {
+                    nonlinearity_sd: sd,
+                    ..self.held
+                },
+            );
             let likelihood = solution.map_or(f64::NEG_INFINITY, |s| s.log_likelihood);
-            (bend, before + likelihood)
+            (sd, before + likelihood)
         };
         let grid: Vec<(f64, f64)> = (0..10).map(density).collect();
         let best = grid.iter().map(|g| g.1).fold(f64::NEG_INFINITY, f64::max);
-        let shares = grid.iter().map(|(bend, log)| (*bend, (log - best).exp()));
+        let shares = grid.iter().map(|(sd, log)| (*sd, (log - best).exp()));
         best.is_finite().then(|| (shares.collect(), best))
     }
 }

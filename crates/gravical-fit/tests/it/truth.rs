@@ -242,13 +242,13 @@ fn poses_that_say_nothing_are_refused() {
 
 /// Two poses off by 20 mg look like a nonlinear response, which no other pose confirms.
 #[test]
-fn a_bend_that_no_pose_confirms_is_not_kept() {
+fn a_nonlinearity_that_no_pose_confirms_is_not_kept() {
     for seed in [7, 21, 33] {
         let mut session = Session::new(seed);
         let (found, largest) = session
             .run(Plan::Spread(12), Disturbance::TwoPoses)
             .unwrap();
-        assert!(found.bends().iter().all(|bend| *bend == 0.0), "{seed}");
+        assert!(found.nonlinearity().iter().all(|c| *c == 0.0), "{seed}");
         assert!(largest < MG, "{seed}: {largest}");
     }
 }

@@ -191,13 +191,13 @@ class SamplesOptions(TypedDict, total=False):
 AccelUnit = Literal["m/s^2"] | Literal["g"] | Literal["mg"] | Literal["counts"] | Literal["unknown"]
 
 class Accelerometer(TypedDict):
-    bends: list[float] | None
     bias: list[float]
     covariance: Covariance | None
     input_unit: AccelUnit
     matrix: list[list[float]]
     method: Method
     nominal_scale: float | None
+    nonlinearity: list[float] | None
     scale: list[float]
     orientation: list[list[float]]
     deviations: Deviations | None

@@ -50,7 +50,7 @@ use serde::{Deserialize, Serialize};
 use crate::Result;
 use crate::calibration_file::InputFile;
 use crate::finding::{Case, Finding};
-use crate::poses::gyro_unit::settle;
+use crate::poses::gyro_unit::decide_unit;
 use crate::problem::Problem;
 use crate::recording::{ReadOptions, Recording};
 use crate::rewrite::write_rows;
@@ -207,7 +207,7 @@ fn table(format: &Format) -> Table {
 /// the steps are uneven, for all filters but Hampel's.
 pub fn denoise(recording: &mut Recording, options: &DenoiseOptions) -> Result<DenoiseSummary> {
     options.validate()?;
-    let rests = settle(recording);
+    let rests = decide_unit(recording);
     let rate_hz = recording.clock.rate_hz();
     let designed = options.filters.iter();
     let designed = designed.map(|spec| Filter::design(spec, rate_hz));

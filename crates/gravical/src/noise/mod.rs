@@ -40,7 +40,7 @@ use crate::calibration_file::{CHANNELS, InputFile, TemperatureRange};
 use crate::finding::{Case, Finding, LineSpans, RecordingCase, hidden};
 use crate::numfmt;
 use crate::poses::check_units;
-use crate::poses::gyro_unit::settle;
+use crate::poses::gyro_unit::decide_unit;
 use crate::poses::rests::{find_quiet, why_never_static};
 use crate::problem::Problem;
 use crate::recording::{self, ReadOptions, Recording, nominal_accel};
@@ -89,7 +89,7 @@ pub fn noise_of(mut recording: Recording) -> Result<NoiseResult> {
     let accel_per_si = nominal_accel(&recording)?;
     let (ranges, rate_hz) = used_ranges(&recording)?;
     if recording.gyro.is_some() {
-        settle(&mut recording);
+        decide_unit(&mut recording);
     }
     let mut pieces = Pieces::new(&recording, &ranges, 1.0 / rate_hz);
     let width = block_len(1.0 / rate_hz, BLOCK_S);
