@@ -20,38 +20,37 @@ fn document() -> String {
     fs::read_to_string(root().join("docs/recording.md")).unwrap()
 }
 
-/// The rows of the tables are those of the enums; with `GRAVICAL_BLESS` they are written anew.
+/// The items of the lists are those of the enums; with `GRAVICAL_BLESS` they are written anew.
 #[test]
 fn every_kind_of_finding_is_documented() {
     let text = document();
     let mut written = text.clone();
     let (_, findings) = text.split_once("\n## Findings\n").unwrap();
     let (findings, _) = findings.split_once("\n## ").unwrap();
-    let rows: Vec<&str> = findings.lines().filter(|l| l.starts_with("| `")).collect();
+    let items: Vec<&str> = findings.lines().filter(|l| l.starts_with("- `")).collect();
     let kinds = gravical::finding::kinds();
     for kind in &kinds {
-        let begin = format!("| `{}` | ", kind.name);
-        let row = rows.iter().find(|row| row.starts_with(&begin));
-        let row = row.unwrap_or_else(|| panic!("no row {begin}"));
+        let begin = format!("- `{}`", kind.name);
+        let item = items.iter().find(|item| item.starts_with(&begin));
+        let item = item.unwrap_or_else(|| panic!("no item {begin}"));
+        let has = |weight| kind.of_cases.contains(&weight);
         let weight = match kind.weight {
-            _ if kind.of_cases.contains(&Weight::Note)
-                && kind.of_cases.contains(&Weight::Warning) =>
-            {
-                "note, or warning"
-            }
-            Weight::Note => "note",
-            Weight::Warning | Weight::Loss => "warning",
-            Weight::Gate => "warning, [gate](#quality-gates)",
+            _ if has(Weight::Note) && has(Weight::Warning) => " (note or warning)",
+            Weight::Note => " (note)",
+            Weight::Warning | Weight::Loss => "",
+            Weight::Gate => " (gate)",
         };
-        let (meaning, done, remedy) = (kind.meaning, kind.done, kind.remedy);
-        let wanted = format!("{begin}{weight} | {meaning} | {done} | {remedy} |");
-        written = written.replace(&format!("{row}\n"), &format!("{wanted}\n"));
+        let mut wanted = format!("{begin}{weight}: {}.", kind.meaning);
+        if !kind.remedy.is_empty() {
+            wanted += &format!(" {}.", kind.remedy);
+        }
+        written = written.replace(&format!("{item}\n"), &format!("{wanted}\n"));
     }
     if std::env::var_os("GRAVICAL_BLESS").is_some() {
         fs::write(root().join("docs/recording.md"), &written).unwrap();
     }
-    assert!(written == text, "GRAVICAL_BLESS=1 writes the rows anew");
-    assert_eq!(rows.len(), kinds.len(), "each once, and no other");
+    assert!(written == text, "GRAVICAL_BLESS=1 writes the items anew");
+    assert_eq!(items.len(), kinds.len(), "each once, and no other");
 }
 
 #[test]
