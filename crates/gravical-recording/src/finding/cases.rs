@@ -12,13 +12,13 @@ const MAX_NAMED: usize = 12;
 const RAW_DATA: &str = "a calibration needs gravity; use the raw data (phyphox: \"Acceleration (with g)\"; Sensor Logger: TotalAcceleration.csv; Android: TYPE_ACCELEROMETER)";
 
 crate::findings! {
-    "named-gap" Loss "a line `# gap: …` of [the logger](logging.md): rows were lost" / "Find the cause; a mean does not suffer":
+    "named-gap" Loss "a line `# gap: …` of [the logger](logging.md): rows were lost" / "":
         NamedGap { lines: u64, first: String } =>
             "{}: the logger reports missing rows; treated as a break between segments, first: \"{first}\"", many(*lines, "line");
-    "blank-rows" Note "empty lines, or lines of delimiters only, separate poses; a single one does not where the clock continues" / "":
+    "blank-rows" Note "empty lines separate poses; a single one does not where the clock continues" / "":
         BlankRows { lines: u64 } =>
             "{}: blank; a break between segments, unless it is a single line and the clock continues", many(*lines, "line");
-    "repeated-header" Warning "the header stands again in the middle; a break unless the clock continues" / "Check whether two recordings are in one file":
+    "repeated-header" Warning "the header stands again in the middle" / "Check whether two recordings are in one file":
         RepeatedHeader { lines: u64 } =>
             "{}: the header repeated; kept out of the data, and a break unless the clock continues", many(*lines, "line");
     "torn-line" Loss "fewer fields than the other rows" / "Many such lines indicate a bad connection":
@@ -32,11 +32,11 @@ crate::findings! {
             "{}: no number where the rows have numbers; set aside, first: \"{first}\"", many(*lines, "line");
         TextCells { cells: usize, first: String } =>
             "{cells} cells hold text where the rows have numbers; they are empty, first: \"{first}\"";
-    "zero-rows" Loss "the accelerometer reads zero on all axes, together with the gyroscope or in five consecutive rows: it was not read" / "Check the wiring":
+    "zero-rows" Loss "the accelerometer reads zero on all axes, together with the gyroscope or in five consecutive rows" / "Check the wiring":
         ZeroRows { lines: u64 } => "{}: all channels zero: the sensor was not read; set aside", many(*lines, "line");
         ZeroAccel { rows: usize } =>
             "the accelerometer reads zero on all axes in {rows} rows: it was not read; treated as empty";
-    "sensor-hung" Warning "all channels repeat to the last digit for longer than noise allows; these rows are a gap" / "Check wiring and power of the sensor":
+    "sensor-hung" Warning "all channels repeat to the last digit for longer than noise allows" / "Check wiring and power of the sensor":
         SensorHung { lines: u64 } =>
             "{}: all channels repeat for longer than noise allows: the sensor or its bus hung; set aside like a gap", many(*lines, "line");
     "nul-bytes" Warning "NUL bytes were removed" / "Close the file before you unplug the board":
@@ -44,22 +44,22 @@ crate::findings! {
     "truncated-file" Loss "a gzip file is truncated" / "Copy it again":
         TruncatedFile { rows: usize } =>
             "the packed file is damaged or ends in the middle; {rows} rows could be unpacked";
-    "corrupt-block" Warning "blocks of a [`.cwa` file](wearables.md) are damaged, repeated or out of order" / "Copy the file from the device again; if that does not help, its memory is worn or it lost power":
+    "corrupt-block" Warning "blocks of a [`.cwa` file](wearables.md) are damaged, repeated or out of order" / "Copy it from the device again; if that does not help, its memory is worn or it lost power":
         CorruptBlock { blocks: u64, first: String } => "{}: damaged; skipped, first: {first}", many(*blocks, "block");
         LateBlock { blocks: u64, first: String } =>
             "{}: not later than the one before (repeated or out of order); skipped, first: {first}", many(*blocks, "block");
-    "samples-averaged" Note "a `.cwa` file has more than 2²⁰ samples: [means](#long-recordings) are used" / "":
+    "samples-averaged" Note "more than 2²⁰ samples in a `.cwa` file: [means](#long-recordings) are used" / "":
         SamplesAveraged { samples: usize, means: usize, neighbours: usize } =>
             "{samples} samples are too many to hold: they are used as {means} means of {neighbours} neighbours";
-    "columns-guessed" Warning "no header, or one that does not fit: the values determine the columns" / "Give the printed `--columns`":
+    "columns-guessed" Warning "no header, or one that does not fit" / "Give the printed `--columns`":
         NoHeader => "no header; assigned by the numbers; give the columns to be sure";
         NamesMisfit { misfit: Misfit } => "{misfit}; assigned by the numbers; give the columns to be sure";
-    "columns-unread" Note "columns of changing numbers are not used, and their names tell no other quantity" / "Assign those that belong to the sensor: `--columns`":
+    "columns-unread" Note "columns of changing numbers are not used" / "Assign those that belong to the sensor: `--columns`":
         ColumnsUnread { columns: Vec<String> } => "columns of numbers that are not read: {}", named(columns);
     "not-an-accelerometer" Warning "columns recognised from their values behave like a gyroscope" / "Give `--columns`":
         NotAnAccelerometer { norm_at_rest: f64, norm_in_motion: f64 } =>
             "the magnitude is {norm_at_rest:.0} at rest and up to {norm_in_motion:.0} in motion: these columns look like a gyroscope";
-    "several-sensors" Warning "more than one accelerometer, in columns or in rows that a column (`I`, `instance`, `type`) distinguishes" / "Select another with `--sensor`":
+    "several-sensors" Warning "more than one accelerometer, in columns or rows" / "Select another with `--sensor`":
         SeveralSensors { sensors: Vec<String>, read: String } =>
             "{} accelerometers: {}; {read} is read, unless another is chosen", sensors.len(), sensors.join(", ");
         SilentSensors { sensors: Vec<String>, read: String } =>
@@ -75,31 +75,31 @@ crate::findings! {
             "no column is named as the time; {column} rises steadily and is used as the time; name the one that is";
         UnnamedClocks { columns: Vec<String> } =>
             "no column is named as the time; {} rise steadily: each could be the time, and none is used; name the one that is", columns.join(", ");
-    "without-gravity" Warning "the device has subtracted gravity: at rest the acceleration is near zero, or its column is named linear" / "Record the raw acceleration, or use its file: `Acceleration (with g)` in phyphox, `TotalAcceleration.csv` of Sensor Logger":
+    "without-gravity" Warning "the device has subtracted gravity" / "Record the raw acceleration: `Acceleration (with g)` in phyphox, `TotalAcceleration.csv` of Sensor Logger":
         WithoutGravity { norm: f64 } =>
             "the magnitude at rest is {}: gravity was removed from this acceleration, but {RAW_DATA}", short(*norm);
         NamedLinear =>
             "the columns are named as acceleration without gravity, and the sensor is never at rest to show another; {RAW_DATA}";
     "gyro-row-by-row" Note "`--gyro`: files without time stamps are joined row by row" / "Check that both start with the same sample":
         GyroRowByRow => "one of the files has no time stamps: joined row by row";
-    "gyro-uncovered" Warning "`--gyro`: rows of the accelerometer have no reading of the gyroscope nearby; motions with such rows are not used" / "Start it before the session, and stop it after":
+    "gyro-uncovered" Warning "`--gyro`: rows have no reading of the gyroscope nearby; motions with such rows are not used" / "Start it before the session, and stop it after":
         GyroUncovered { uncovered: u64, rows: u64, percent: f64, within_ms: f64 } =>
             "{uncovered} of {rows} rows of the accelerometer ({percent:.1} %) have no reading of the gyroscope within {within_ms:.0} ms: before it starts, after it ends, or in its gaps; left empty there";
-    "time-unit-assumed" Warning "several units fit the time stamps, or the stated one gives less than 0.9 Hz or more than 20 kHz" / "Give `--time-unit`":
+    "time-unit-assumed" Warning "several units fit the time stamps, or the stated one gives an unusual rate" / "Give `--time-unit`":
         TimeUnitAssumed { unit: TimeUnit, rate_hz: f64 } =>
             "the time stamps are assumed to be in {unit} ({rate_hz:.2} Hz); give the unit if it is another";
         TimeUnitStated { unit: TimeUnit, rate_hz: f64 } =>
             "the time stamps are stated to be in {unit} ({rate_hz:.2} Hz); give the unit if it is another";
-    "time-unit-unknown" Warning "the steps fit no unit or no usual rate, or the header names an unknown unit (`Time [frames]`)" / "Give `--time-unit` or `--rate`":
+    "time-unit-unknown" Warning "the time stamps fit no unit, or the header names an unknown one" / "Give `--time-unit` or `--rate`":
         NoTimeUnit { step: f64 } =>
             "steps of {step} give a plausible sampling rate in no unit of time; the time stamps are not used; give their unit";
         TimeUnitUnknown { stated: String, unit: TimeUnit, rate_hz: f64 } =>
             "the unit of the time stamps, \"{stated}\", is not known; they are assumed to be in {unit} ({rate_hz:.2} Hz)";
     "frozen-time" Warning "the time stamps never advance" / "Give `--rate`":
         FrozenTime => "the time stamps never advance; they are not used";
-    "restarted-time" Warning "the time stamps restart; a break" / "Find out why the board was reset or its clock set":
+    "restarted-time" Warning "the time stamps restart" / "Find out why the board was reset or its clock set":
         RestartedTime => "the time stamps restart (the board was reset, or its clock set); a break";
-    "bad-stamps" Warning "time stamps are off the line of their neighbours, run backwards or are absent; those between good ones are interpolated" / "Check the lines; sort the rows by time":
+    "bad-stamps" Warning "time stamps are off the line of their neighbours, run backwards or are absent" / "Check the lines; sort the rows by time":
         BadStamps { stamps: usize } =>
             "{stamps} time stamps are off the line of their neighbours, or run backwards; those between good ones are replaced, others are kept";
         UnorderedStamps { backwards: usize, rows: usize } =>
@@ -110,21 +110,21 @@ crate::findings! {
     "duplicate-time" Warning "time stamps repeat" / "Use a finer clock, or a lower rate":
         DuplicateTime { stamps: usize, percent: f64 } =>
             "{stamps} time stamps repeat the one before ({percent:.1} % of the rows); the rows are kept";
-    "burst-time" Warning "many rows share a time stamp before a long step: arrival times, whole seconds, or rounding by a spreadsheet; the mean rate is used" / "Record time stamps on the board":
+    "burst-time" Warning "many rows share a time stamp before a long step: arrival times, or rounding by a spreadsheet" / "Record time stamps on the board":
         BurstTime { bursty_steps: usize, steps: usize, rate_hz: f64 } =>
             "{bursty_steps} of {steps} rows share their stamp with the row before or follow it far sooner than the mean: the stamps are coarser than the sampling (rounded by a spreadsheet), or times of arrival; the mean rate of {rate_hz:.2} Hz is used instead";
-    "gap" Warning "more than four consecutive samples are missing" / "A mean does not suffer":
+    "gap" Warning "more than four consecutive samples are missing" / "":
         Gap { gaps: usize, longest_s: f64 } =>
             "{} of more than four samples, the longest {longest_s:.3} s", many(*gaps as u64, "gap");
     "missing-samples" Loss "more than 0.1 % of the samples are missing" / "Lower the rate, or raise the baud rate":
         MissingSamples { samples: f64, percent: f64 } =>
             "{samples:.0} samples ({percent:.1} %) are missing between the time stamps";
-    "rate-mismatch" Warning "the stated rate differs by more than 2 % from the time stamps, which are used" / "Correct it":
+    "rate-mismatch" Warning "the stated rate differs by more than 2 % from the time stamps, which are used" / "":
         RateMismatch { stated_hz: f64, rate_hz: f64 } =>
             "the claimed rate is {stated_hz} Hz, the time stamps give {rate_hz:.2} Hz; the time stamps are used";
-    "rate-unknown" Note "neither time stamps nor `--rate`: intervals are counted in rows" / "Give `--rate`":
+    "rate-unknown" Note "neither time stamps nor `--rate`: intervals are counted in rows" / "":
         RateUnknown => "no time stamps and no rate: static intervals are counted in rows";
-    "unit-mismatch" Warning "gravity or the turns contradict a unit. The data override a header; an option is used as given; `apply` stops without `--accel-unit`" / "Correct the header":
+    "unit-mismatch" Warning "gravity or the turns contradict a unit. The data override a header; an option is used as given; `apply` stops without `--accel-unit`" / "":
         UnitOfHeader { stated: AccelUnit, norm: f64, unit: AccelUnit } =>
             "the header gives {stated}, but the magnitude at rest is {}: the values are read as {unit}", short(*norm);
         UnitGiven { unit: AccelUnit, norm_g: f64 } =>
@@ -141,7 +141,7 @@ crate::findings! {
     "unit-assumed" Note "the magnitude at rest fits mg, which is used, and cm/s²" / "Give `--accel-unit`":
         UnitAssumed { norm: f64 } =>
             "the magnitude at rest is {}: read as mg; cm/s² would fit as well: give the unit if it is that", short(*norm);
-    "unit-unknown" Warning "the magnitude at rest fits no unit, or several; gravity times a power of two indicates another range than the program assumed" / "Correct the factor, or give `--accel-unit`: `counts` for any scale":
+    "unit-unknown" Warning "the magnitude at rest fits no unit, or several; gravity times a power of two indicates another range" / "Correct the factor, or give `--accel-unit`: `counts` for any scale":
         UnitAmbiguous { norm: f64 } =>
             "the magnitude at rest is {}: mg, cm/s² or counts at 1024 per g; give the unit", short(*norm);
         NeverAtRest { norm: f64 } =>
@@ -150,25 +150,25 @@ crate::findings! {
             "the magnitude at rest is {}: it would be gravity in {} with the full-scale setting wrong by a factor of {factor}: was the sensor set to another range than the program assumed?", short(*norm), unit.name();
         UnitUnknown { norm: f64 } =>
             "the magnitude at rest is {}: gravity in no known unit; check the factor in the program that wrote the file, or give counts as the unit, which uses the values as they are", short(*norm);
-    "range-mismatch" Warning "gravity at rest contradicts `--accel-range`, which is used as given, or the range of the header, which is not" / "Correct it":
+    "range-mismatch" Warning "gravity at rest contradicts `--accel-range`, which is used, or the range of the header, which is not" / "":
         RangeGiven { given_g: f64, shown_g: f64 } =>
             "±{} g was given, but the magnitude at rest corresponds to ±{} g; the given range is used", short(*given_g), short(*shown_g);
         RangeGivenForCounts { given_g: f64, lsb_per_g: f64 } =>
             "±{} g was given, but the magnitude at rest corresponds to {} counts per g; the given range is used", short(*given_g), short(*lsb_per_g);
         RangeOfHeader { stated_lsb_per_g: f64, lsb_per_g: f64 } =>
             "the file claims {} counts per g, the magnitude at rest is that of {}; that of gravity is used", short(*stated_lsb_per_g), short(*lsb_per_g);
-    "unsigned-counts" Note "16-bit values written as unsigned, around 32768 (subtracted; the bias includes it) or 65535 for −1" / "If that is wrong, give `--zero-offset`":
+    "unsigned-counts" Note "16-bit values written as unsigned, around 32768 or 65535 for −1" / "If that is wrong, give `--zero-offset`":
         UnsignedCounts { encoding: Encoding } => "unsigned numbers of 16 bits: {encoding}";
-    "clipped" Warning "values at the end of the range: counts from 32764, repeats of the largest value at a usual full scale or at `--gyro-range`" / "Record with a wider range":
+    "clipped" Warning "values at the end of the range" / "Record with a wider range":
         Clipped { channel: String, rows: u64 } =>
             "{channel} reaches the end of its range in {rows} rows: the true value is larger; record at a wider range";
-    "frozen-axis" Loss "an axis keeps one value for 100 rows while another varies by more than its last digit" / "Check wiring and code; the axis may be defective":
+    "frozen-axis" Loss "an axis keeps one value for 100 rows while another varies" / "Check wiring and code; the axis may be defective":
         FrozenAxis { channel: String, rows: usize } =>
             "{channel} keeps exactly one value for {rows} rows while the other axes change";
-    "repeated-rows" Warning "throughout the recording rows repeat the row before in every channel" / "Read no faster than the sensor measures":
+    "repeated-rows" Warning "rows repeat the row before in every channel throughout" / "Read no faster than the sensor measures":
         RepeatedRows { rows: u64, percent: f64 } =>
             "{rows} rows ({percent:.0} %) repeat the row before in every channel: the sensor was read faster than it measures";
-    "empty-cells" Loss "cells without a value, single counts of −32768, and temperatures below −60 or above 150 °C; where each channel is written as it arrives, its last value is held" / "":
+    "empty-cells" Loss "cells without a value, single counts of −32768, temperatures below −60 or above 150 °C" / "":
         EmptyCells { cells: EmptyCells } => "{cells}; they stay empty";
         HeldCells { cells: EmptyCells } =>
             "{cells}; each channel is written when it arrives: its last value is held, that of the gyroscope for a few rows";
