@@ -1,5 +1,5 @@
 //! The error codes and the kinds of findings of the sources are those of docs/recording.md, and links of
-//! the documents lead somewhere.
+//! the documents lead to a file and a heading.
 
 use std::collections::BTreeSet;
 use std::fs;
@@ -107,13 +107,35 @@ fn links_lead_somewhere() {
     for path in paths {
         let text = fs::read_to_string(&path).unwrap();
         for link in text.split("](").skip(1) {
-            let target = link.split([')', '#']).next().unwrap_or_default();
-            if !target.is_empty() && !target.contains("://") {
+            let link = link.split(')').next().unwrap_or_default();
+            let (target, anchor) = link.split_once('#').unwrap_or((link, ""));
+            if !target.contains("://") {
                 seen += 1;
-                let full = path.parent().unwrap().join(target);
-                assert!(full.exists(), "{}: {target}", path.display());
+                let full = match target {
+                    "" => path.clone(),
+                    target => path.parent().unwrap().join(target),
+                };
+                assert!(full.exists(), "{}: {link}", path.display());
+                assert!(has_heading(&full, anchor), "{}: {link}", path.display());
             }
         }
     }
     assert!(seen > 20, "only {seen} links");
+}
+
+/// Whether a document has the heading that the forge gives this name; without a name true.
+fn has_heading(document: &Path, anchor: &str) -> bool {
+    let named = |heading: &str| {
+        let words = heading.trim_start_matches('#').trim().to_lowercase();
+        let kept = words
+            .chars()
+            .filter(|c| c.is_alphanumeric() || " -_".contains(*c));
+        kept.map(|c| if c == ' ' { '-' } else { c })
+            .collect::<String>()
+    };
+    let headings = || fs::read_to_string(document).unwrap();
+    anchor.is_empty()
+        || headings()
+            .lines()
+            .any(|l| l.starts_with('#') && named(l) == anchor)
 }
