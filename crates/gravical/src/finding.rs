@@ -10,7 +10,7 @@ pub use gravical_calibrate::finding::{Advice, Finding, LineSpans, Severity};
 use crate::numfmt::{count, digits, duration_text};
 
 gravical_recording::findings! {
-    "not-filtered" Warning "segments between gaps or breaks are shorter than the filter needs" / "Use a shorter window, or a recording without gaps":
+    "not-filtered" Warning "segments between gaps or breaks are shorter than the filter needs" / "":
         NotFiltered { filter: String, samples: usize, shortest: usize } =>
             "{filter}: {samples} samples in parts of channels that are shorter than the {shortest} it needs are left unchanged";
     "short-for-cutoff" Warning "one period of the cutoff is longer than the recording: the ends dominate" / "":
@@ -23,14 +23,14 @@ gravical_recording::findings! {
     "no-gyro" Warning "without a gyroscope the tilt between rests is unknown; the band allows for half a degree" / "":
         NoGyro { longest_s: f64, swing_m: f64 } =>
             "without a gyroscope the tilt between rests is not known: one swing of 1° during the longest move ({longest_s:.1} s) is {swing_m:.2} m; the band allows for tilts of half a degree";
-    "gyro-not-used" Warning "the unit of the gyroscope is unknown" / "Give `--gyro-unit`, and `--gyro-range` for counts":
+    "gyro-not-used" Warning "the unit of the gyroscope is unknown" / "":
         GyroNotUsed =>
             "the unit of the gyroscope is unknown, so it is not used: the tilt between rests is not measured; give the unit, and the range for counts";
         GyroNoiseLeftOut =>
             "the unit of the gyroscope is unknown, so its noise is left out; give the unit, and the range for counts";
-    "dead-gyro" Warning "the gyroscope never changes" / "Check wiring and code":
+    "dead-gyro" Warning "the gyroscope never changes" / "":
         DeadGyro => "the gyroscope never changes; motion is computed without it";
-    "covariance-unknown" Note "the calibration has no covariance: typical uncertainties are assumed" / "Calibrate again from the recordings":
+    "covariance-unknown" Note "the calibration has no covariance: typical uncertainties are assumed" / "":
         CovarianceUnknown =>
             "the calibration does not state its covariance: 0.5 % of scale, 0.02 m/s² of bias and 0.6° between the axes are assumed for the band";
     "gravity-off" Warning "without a calibration: at rest the magnitude differs from gravity (a note up to 2 %)" / "Calibrate":
@@ -49,13 +49,13 @@ gravical_recording::findings! {
         NoiseFromRests { intervals: usize, rest_s: f64, recorded_s: f64 } =>
             "the sensor moved: the result rests on {}, {} of {}",
             count(intervals, "static interval"), duration_text(*rest_s), duration_text(*recorded_s);
-    "noise-below-resolution" Warning "the noise is below 0.4 steps of rounding: only an upper limit of N is known" / "Record raw counts, or print more decimals":
+    "noise-below-resolution" Warning "the noise is below 0.4 steps of rounding: only an upper limit of N is known" / "Print more decimals":
         NoiseBelowResolution { channel: String, step: f64, unit: String } =>
             "{channel}: {}; only an upper limit of N is known, for noise that no low-pass has reduced", hidden(*step, unit);
     "noise-misfit" Warning "the Allan variance deviates from the model by more than chance" / "Look at the figure: a bump is a vibration":
         NoiseMisfit { channel: String, tau_s: f64, ratio: f64 } =>
             "{channel}: at an averaging time of {} the Allan variance is {ratio:.2} times that of the model: vibration or another disturbance adds to the noise", duration_text(*tau_s);
-    "noise-drift" Warning "the bias drifts along a line or an exponential, which is removed first" / "Record after half an hour of warming":
+    "noise-drift" Warning "the bias drifts along a line or an exponential, which is removed first" / "":
         NoiseDrift { channel: String, change: f64, unit: &'static str, during_s: f64, constant_s: Option<f64> } =>
             "{channel}: the bias drifts by {} {unit} in {}, along {}; N, B and K are what remains without that",
             digits(*change, 2), duration_text(*during_s), drift_shape(*constant_s);

@@ -9,7 +9,7 @@ use serde::Serialize;
 use crate::numfmt::{AXES, COVERAGE, count, milli_g, small};
 
 gravical_recording::findings! {
-    "folder-left-out" Note "a subfolder with files that may be recordings is not read" / "If it is a session, give it separately":
+    "folder-left-out" Note "a subfolder with files that may be recordings is not read" / "":
         FolderLeftOut { files: usize } =>
             "a folder with {} that may be recordings; not read", count(files, "file");
     "no-recording" Note "a file of the folder is not a recording" / "":
@@ -18,7 +18,7 @@ gravical_recording::findings! {
         NoRecording { why: String } => "{why}; left out";
         LinearLeftOut =>
             "left out: by its values or its name it lacks gravity, and another file holds the acceleration with gravity";
-    "already-calibrated" Warning "the values are calibrated. `apply`, and files given by name, use them; `motion` widens its bands; files of a folder are ignored" / "Give the raw recording; of a board that calibrates: `gravical log --format si`":
+    "already-calibrated" Warning "the values are calibrated. `apply`, and files given by name, use them; `motion` widens its bands; files of a folder are ignored" / "Give the raw recording":
         ResultLeftOut =>
             "a result of this program, by its column names, not a recording; left out";
         CalibratedForSession { by_board: bool } =>
@@ -32,12 +32,12 @@ gravical_recording::findings! {
     "gyro-joined" Note "a file with only a gyroscope is joined to the recording beside it by time" / "":
         GyroJoined { recording: String } =>
             "a gyroscope alone, beside one recording: joined to {recording} on time";
-    "gyro-left-out" Warning "a file with only a gyroscope is beside several recordings, or its time does not match" / "Beside one recording, give it with `--gyro`":
+    "gyro-left-out" Warning "a file with only a gyroscope is beside several recordings, or its time does not match" / "":
         GyroOfAnother { recording: String, why: String } =>
             "a gyroscope alone, which does not belong to {recording}: {why}; left out";
         GyroAlone @ Note =>
             "a gyroscope alone, and no pose; left out. With one recording, it can be joined to it";
-    "same-file-twice" Warning "two inputs are identical; both count" / "Give it once":
+    "same-file-twice" Warning "two inputs are identical; both count" / "":
         SameFileTwice { file: String } => "it is the same as {file}, byte for byte, and counts twice";
     "rows-as-poses" Note "rows of similar magnitude point everywhere: each is the mean of a pose" / "":
         RowsAsPoses { rows: usize } =>
@@ -47,19 +47,19 @@ gravical_recording::findings! {
             "{rows} rows labelled \"{}\" name no pose or turn; left out", labels.join("\", \"");
         TurnsNotUsed =>
             "the named turns do not calibrate the gyroscope: that takes all six faces and a full turn about each axis, without a gap or a clipped reading, whose scale is within 10 % of the stated one";
-    "empty-pose" Warning "a section or label has no value of one axis" / "Check its rows":
+    "empty-pose" Warning "a section or label has no value of one axis" / "":
         EmptyPose { pose: String, axis: char } =>
             "\"{pose}\" has no value of a{axis} in any of its rows; left out";
     "short-pose" Warning "an interval is too short to search for a static interval; all its rows are used" / "Record 3 s or more":
         ShortPose { pose: String, rows: usize } => "{pose}: {rows} rows only; all are used";
-    "no-static-interval" Warning "the sensor never rests in an interval" / "Record it again":
+    "no-static-interval" Warning "the sensor never rests in an interval" / "":
         PoseNeverAtRest { pose: String, lines: [u64; 2] } =>
             "{pose} is never at rest in lines {} to {}: left out", lines[0], lines[1];
         NeverAtRest { why: Restless } => "never at rest: {why}; not used";
     "unsteady-pose" Warning "the sensor moves slightly all the time, as if held by hand" / "Put it down and record the pose again":
         UnsteadyPose { pose: String, lines: [u64; 2], rms_mg: f64 } =>
             "{pose}: never quite at rest; the longest quiet part, lines {} to {}, moves by {rms_mg:.0} mg rms and is used", lines[0], lines[1];
-    "unused-pauses" Warning "pauses in other directions than the poses are too short or too unsteady" / "If they are poses, hold each for a second or more, leaned against something":
+    "unused-pauses" Warning "pauses in other directions than the poses are too short or too unsteady" / "Hold each for a second or more, leaned against something":
         ShortPauses { directions: usize, lines: [u64; 2], lasts: usize, least: usize, rate_hz: Option<f64> } =>
             "pauses in {} other than those of the poses are not used; that in lines {} to {} lasts {} with the ends of motions, a pose at least {} without: hold each for longer",
             count(directions, "direction"), lines[0], lines[1], duration(*lasts, *rate_hz), duration(*least, *rate_hz);
@@ -69,29 +69,29 @@ gravical_recording::findings! {
     "spikes-left-out" Warning "2 % or more of the samples of a pose are [spikes](method.md#the-mean-of-a-pose-and-its-standard-error)" / "Check wiring and supply; the bus may be too fast for its length":
         SpikesLeftOut { samples: usize } =>
             "{samples} samples at rest stand out from their neighbours by more than 6 standard deviations: left out";
-    "orientation-mismatch" Warning "a file name claims another face than the data" / "Rename the file":
+    "orientation-mismatch" Warning "a file name claims another face than the data" / "":
         OrientationMismatch { pose: String, claimed: String, up: String } =>
             "\"{pose}\" claims {claimed}, but {up} points up there; the data are believed";
     "names-reversed" Note "all six names have the opposite sign of the data" / "If the sensor reads −g on the axis that points up, as iPhones do, give `--axes -x,-y,-z`":
         NamesReversed =>
             "every name says the opposite of the data, which are believed: either a sign means the axis that points down here, or the sensor reads −g where an axis points up, as iPhones do; then other axes give calibrated values the usual sign";
-    "names-turned" Warning "the names describe a board that is rotated in its case" / "Give `--axes` for the axes of the case":
+    "names-turned" Warning "the names describe a board that is rotated in its case" / "":
         NamesTurned { axes: String, named: String } =>
             "the names describe another way of sitting in the case than the axes {axes}, which are believed; {named} explains all names";
     "names-mirrored" Gate "the names contradict every possible mounting" / "Find the two recordings that were swapped":
         NamesMirrored =>
             "the names contradict the data in a way that no mounting explains (two poses swapped?); the faces were taken from the data, but check which recording is which";
-    "gravity-assumed" Note "local gravity was not given: 9.80665 m/s² is up to 0.27 % of scale off at sea level" / "Give `--latitude` and `--altitude`, or `--gravity`":
+    "gravity-assumed" Note "local gravity was not given: 9.80665 m/s² is up to 0.27 % of scale off at sea level" / "":
         GravityAssumed =>
             "local gravity is assumed to be 9.80665 m/s²: the scale may be off by up to 0.27 % at sea level (0.34 % in La Paz); give it, or latitude and altitude";
-    "bad-pose" Warning "the magnitude at one pose contradicts all others; it is left out of the fit" / "Record it again":
+    "bad-pose" Warning "the magnitude at one pose contradicts all others; it is left out of the fit" / "":
         BadPose { pose: String, error_mps2: f64, chance: f64 } =>
             "{pose}: reads {:+.1} mg off the magnitude that all others agree on (chance {chance:.0e}); left out. Was it moving?", milli_g(*error_mps2);
-    "several-explanations" Warning "the poses contradict each other, and [several causes](method.md#verdict) explain it; the claimed error holds for each" / "Warm the sensor up and record the session again without a break, or record more free poses":
+    "several-explanations" Warning "the poses contradict each other, and [several causes](method.md#verdict) explain it; the claimed error holds for each" / "Warm the sensor up, and record again without a break or with more free poses":
         SeveralExplanations { explanations: Vec<(String, f64)>, order: OrderOf, difference_mps2: f64 } =>
             "the poses contradict each other, and this would explain it: {}; {order}. The results differ by up to {:.1} mg, which is in the error that is claimed",
             likeliest(explanations), milli_g(*difference_mps2);
-    "no-face" Warning "a pose named after a face is tilted so far that it is a free pose" / "Record it again, or give `--face-pose NAME`":
+    "no-face" Warning "a pose named after a face is tilted so far that it is a free pose" / "":
         NoFace { pose: String, angle_deg: f64 } =>
             "{pose} is named a face but lies {angle_deg:.1}° off it, much further than the others: taken as a free pose, unless it is given as a face";
     "missing-face" Gate "one of the six face poses is missing, and there are no others" / "":
@@ -114,13 +114,13 @@ gravical_recording::findings! {
     "noise-assumed" Note "the rows are means of unknown standard error: 4 mm/s² is assumed" / "Give the recordings":
         NoiseAssumed =>
             "each row is a mean of unknown standard error: 4 mm/s² were assumed for the uncertainty";
-    "free-pose-off" Gate "at free poses that the fit does not use ‖a‖ is off by more than three times the predicted error" / "Check whether the sensor moved there, and the six faces":
+    "free-pose-off" Gate "at free poses that the fit does not use ‖a‖ is off by more than three times the predicted error" / "Check these and the six faces":
         FreePosesOff { poses: usize, error_mps2: f64, limit: f64 } =>
             "{poses} free poses, which took no part in the fit, read the magnitude off by {:.0} mg rms, more than {limit} times what was predicted: was the sensor moving there, or is one of the faces wrong?", milli_g(*error_mps2);
     "pose-tilt" Warning "the tilt of the face poses exceeds 1.6°" / "Use a box or a jig":
         PoseTilt { tilt_deg: f64 } =>
             "the poses lie {tilt_deg:.1}° off their faces in each of two components. A box or a jig would help";
-    "clipped-pose" Gate "samples in a pose are clipped: its mean is too small" / "Record with a wider range":
+    "clipped-pose" Gate "samples in a pose are clipped: its mean is too small" / "":
         ClippedPose { pose: String, samples: usize } =>
             "{pose}: {samples} samples at the end of the range; its mean is too small";
         ClippedInterval { samples: usize, lines: [u64; 2] } @ Warning =>
@@ -144,26 +144,26 @@ gravical_recording::findings! {
         GyroUndetermined { motions: usize, sd: f64, weak: Vec<String>, is_scaled: bool } =>
             "{motions} usable motions between static intervals leave the gyroscope's matrix {}; {}. Turn it about {} by 90° and more, with that axis level, and at least {MIN_MOTIONS} times in all, better twice as often",
             known(*sd), if *is_scaled { "it gets its bias only, with the nominal scale" } else { "it is not calibrated" }, weak.join(", ");
-    "gyro-misfit" Warning "after a typical motion the direction of gravity is more than 3° off" / "Check clock, rate, and the calibration of the accelerometer":
+    "gyro-misfit" Warning "after a typical motion the direction of gravity is more than 3° off" / "Check clock, rate and the accelerometer":
         GyroMisfit { angle_deg: f64 } =>
             "after a typical motion, gravity rotated by the integrated rate is wrong by {angle_deg:.1}°: do both sensors have one clock, is the rate right, and the accelerometer's calibration sound?";
-    "gyro-left-handed" Warning "gyroscope and accelerometer differ in handedness" / "If one axis has the wrong sign, correct it":
+    "gyro-left-handed" Warning "gyroscope and accelerometer differ in handedness" / "":
         GyroLeftHanded =>
             "the gyroscope counts left-handed against the axes of the accelerometer: the sign of one axis is inverted in one of the two; after calibration they agree";
-    "gyro-scale-off" Warning "a scale factor of the gyroscope is more than 10 % off nominal" / "Check range, unit and order of the columns":
+    "gyro-scale-off" Warning "a scale factor of the gyroscope is more than 10 % off nominal" / "Check range and unit":
         GyroScaleOff { of_nominal: [f64; 3] } =>
             "by the motions the gyroscope's scale is {} of nominal about x, y, z: is the range or the unit another one, or are its axes not the accelerometer's?",
             list(of_nominal, |d| format!("{d:.3}"));
-    "gyro-scale-unknown" Note "neither a range nor a motion gives the scale of the gyroscope" / "Give `--gyro-unit`, and `--gyro-range` for counts":
+    "gyro-scale-unknown" Note "neither a range nor a motion gives the scale of the gyroscope" / "":
         GyroScaleUnknown { bias: [f64; 3] } =>
             "the gyroscope reads {} at rest, and its scale follows neither from its unit nor from rotations: it is not calibrated; give its unit and, for counts, its range",
             list(bias, |b| format!("{b:.4}"));
-    "gyro-rate-unknown" Note "without a rate only the bias of the gyroscope is estimated" / "Give `--rate`":
+    "gyro-rate-unknown" Note "without a rate only the bias of the gyroscope is estimated" / "":
         GyroAveraged =>
             "the samples were averaged: the turns between static intervals cannot be integrated, and the gyroscope gets its bias only";
         GyroRateUnknown =>
             "no time stamps and no rate: the turns between static intervals cannot be integrated, and the gyroscope gets its bias only";
-    "gyro-unit-unverified" Warning "no rotation shows the unit of the gyroscope; a warning where only the noise at rest tells rad/s from °/s" / "Give `--gyro-unit`":
+    "gyro-unit-unverified" Warning "no rotation shows the unit of the gyroscope; a warning where only the noise at rest tells rad/s from °/s" / "":
         GyroScaleUnread { what: &'static str } @ Note =>
             "the {what} of the gyroscope is unknown: neither the file nor a rotation between static intervals shows it; give it";
         GyroUnitOfCalibration { unit: GyroUnit } @ Note =>
@@ -180,7 +180,7 @@ gravical_recording::findings! {
     "temperature-refused" Warning "the temperature changes at rest, but the drift of no channel [can be predicted](method.md#drift-with-temperature)" / "":
         TemperatureRefused { range_c: [f64; 2] } =>
             "the temperature changes at rest ({:.1} to {:.1} °C), but the drift of no channel is predictable: none is subtracted", range_c[0], range_c[1];
-    "temperature-outside" Warning "temperatures are outside those of the calibration or its model. `apply` uses the drift at the nearest limit" / "Record the sensor at rest over all temperatures of use":
+    "temperature-outside" Warning "temperatures are outside those of the calibration or its model. `apply` uses the drift at the nearest limit" / "":
         PosesOutside { poses_c: f64, soak_c: [f64; 2], valid_c: f64 } =>
             "the poses were at {poses_c:.1} °C, the soak spans {:.1} to {:.1} °C: bias and matrix are assumed to be valid at {valid_c:.1} °C; soak over the temperatures at which the sensor is calibrated and used", soak_c[0], soak_c[1];
         IntervalsOutside { intervals_c: [f64; 2], calibration_c: [f64; 2] } =>
@@ -189,7 +189,7 @@ gravical_recording::findings! {
         RowsOutside { rows: u64, rows_c: [f64; 2], model_c: [f64; 2] } =>
             "{rows} rows at {:.1} to {:.1} °C are outside the range of {:.1} to {:.1} °C in which the drift was measured: the drift at its edge is subtracted, which may be wrong",
             rows_c[0], rows_c[1], model_c[0], model_c[1];
-    "temperature-not-applied" Warning "the calibration has a temperature model, the recording no temperatures" / "Record the temperature":
+    "temperature-not-applied" Warning "the calibration has a temperature model, the recording no temperatures" / "":
         DriftNotApplied { why: NoTemperature, range_c: [f64; 2], changes: Vec<(String, f64, String)> } =>
             "{why}, so the calibration's drift with temperature is not taken off there: between {:.1} and {:.1} °C it changes {}",
             range_c[0], range_c[1], list(changes, |(channel, most, unit)| format!("{channel} by up to {} {unit}", small(*most, 3)));
@@ -200,7 +200,7 @@ gravical_recording::findings! {
         GravityDiffers { gravity_mps2: [f64; 2], of: [String; 2], percent: f64 } =>
             "gravity is {:.5} m/s² {} and {:.5} m/s² {}: if both are of one place, {percent:.3} % of scale, and of ‖a‖, come from that alone; use the same gravity for both",
             gravity_mps2[0], of[0], gravity_mps2[1], of[1];
-    "same-recordings" Warning "both calibrations share recordings, or `check` got one of the calibration: agreement proves nothing" / "Make a new recording":
+    "same-recordings" Warning "both calibrations share recordings, or `check` got one of the calibration: agreement proves nothing" / "":
         RecordingsShared { shared: usize, all: usize, first: String } =>
             "{shared} of {all} recordings of the first calibration went into the second one, too ({first}): their errors are shared, so that agreement proves nothing";
         RecordingOfCalibration =>

@@ -18,13 +18,13 @@ crate::findings! {
     "blank-rows" Note "empty lines separate poses; a single one does not where the clock continues" / "":
         BlankRows { lines: u64 } =>
             "{}: blank; a break between segments, unless it is a single line and the clock continues", many(*lines, "line");
-    "repeated-header" Warning "the header stands again in the middle" / "Check whether two recordings are in one file":
+    "repeated-header" Warning "the header stands again in the middle" / "":
         RepeatedHeader { lines: u64 } =>
             "{}: the header repeated; kept out of the data, and a break unless the clock continues", many(*lines, "line");
     "torn-line" Loss "fewer fields than the other rows" / "Many such lines indicate a bad connection":
         TornLine { lines: u64, first: String } =>
             "{}: fewer fields than the other rows (half-written); set aside, first: \"{first}\"", many(*lines, "line");
-    "too-many-fields" Loss "more fields than the other rows" / "Check whether lines run together; lower the baud rate or the sampling rate":
+    "too-many-fields" Loss "more fields than the other rows: lines run together" / "Lower the baud rate or the sampling rate":
         TooManyFields { lines: u64, first: String } =>
             "{}: more fields than the other rows (lines run together?); set aside, first: \"{first}\"", many(*lines, "line");
     "not-a-number" Loss "a value is not a number" / "":
@@ -32,7 +32,7 @@ crate::findings! {
             "{}: no number where the rows have numbers; set aside, first: \"{first}\"", many(*lines, "line");
         TextCells { cells: usize, first: String } =>
             "{cells} cells hold text where the rows have numbers; they are empty, first: \"{first}\"";
-    "zero-rows" Loss "the accelerometer reads zero on all axes, together with the gyroscope or in five consecutive rows" / "Check the wiring":
+    "zero-rows" Loss "the accelerometer reads zero on all axes, together with the gyroscope or in five consecutive rows" / "":
         ZeroRows { lines: u64 } => "{}: all channels zero: the sensor was not read; set aside", many(*lines, "line");
         ZeroAccel { rows: usize } =>
             "the accelerometer reads zero on all axes in {rows} rows: it was not read; treated as empty";
@@ -41,17 +41,17 @@ crate::findings! {
             "{}: all channels repeat for longer than noise allows: the sensor or its bus hung; set aside like a gap", many(*lines, "line");
     "nul-bytes" Warning "NUL bytes were removed" / "Close the file before you unplug the board":
         NulBytes { lines: u64 } => "NUL bytes in {lines} lines; removed";
-    "truncated-file" Loss "a gzip file is truncated" / "Copy it again":
+    "truncated-file" Loss "a gzip file is truncated" / "":
         TruncatedFile { rows: usize } =>
             "the packed file is damaged or ends in the middle; {rows} rows could be unpacked";
-    "corrupt-block" Warning "blocks of a [`.cwa` file](wearables.md) are damaged, repeated or out of order" / "Copy it from the device again; if that does not help, its memory is worn or it lost power":
+    "corrupt-block" Warning "blocks of a [`.cwa` file](wearables.md) are damaged, repeated or out of order" / "Copy it from the device again":
         CorruptBlock { blocks: u64, first: String } => "{}: damaged; skipped, first: {first}", many(*blocks, "block");
         LateBlock { blocks: u64, first: String } =>
             "{}: not later than the one before (repeated or out of order); skipped, first: {first}", many(*blocks, "block");
     "samples-averaged" Note "more than 2²⁰ samples in a `.cwa` file: [means](#long-recordings) are used" / "":
         SamplesAveraged { samples: usize, means: usize, neighbours: usize } =>
             "{samples} samples are too many to hold: they are used as {means} means of {neighbours} neighbours";
-    "columns-guessed" Warning "no header, or one that does not fit" / "Give the printed `--columns`":
+    "columns-guessed" Warning "no header, or one that does not fit" / "":
         NoHeader => "no header; assigned by the numbers; give the columns to be sure";
         NamesMisfit { misfit: Misfit } => "{misfit}; assigned by the numbers; give the columns to be sure";
     "columns-unread" Note "columns of changing numbers are not used" / "Assign those that belong to the sensor: `--columns`":
@@ -59,7 +59,7 @@ crate::findings! {
     "not-an-accelerometer" Warning "columns recognised from their values behave like a gyroscope" / "Give `--columns`":
         NotAnAccelerometer { norm_at_rest: f64, norm_in_motion: f64 } =>
             "the magnitude is {norm_at_rest:.0} at rest and up to {norm_in_motion:.0} in motion: these columns look like a gyroscope";
-    "several-sensors" Warning "more than one accelerometer, in columns or rows" / "Select another with `--sensor`":
+    "several-sensors" Warning "more than one accelerometer, in columns or rows; the first is read" / "":
         SeveralSensors { sensors: Vec<String>, read: String } =>
             "{} accelerometers: {}; {read} is read, unless another is chosen", sensors.len(), sensors.join(", ");
         SilentSensors { sensors: Vec<String>, read: String } =>
@@ -70,7 +70,7 @@ crate::findings! {
             "the acceleration ({read} …) lacks gravity, which stands in other columns ({gravity} …): their sum is read";
         RawAndCalibrated { read: String } =>
             "a table of this program with raw and calibrated columns: the raw ones ({read} …) are read, unless the calibrated ones are named";
-    "unnamed-clock" Warning "no column is named as time; one that rises steadily is used, of several none" / "Give the printed `--columns t=…`; `--columns t=-` for none":
+    "unnamed-clock" Warning "no column is named as time; one that rises steadily is used, of several none" / "":
         UnnamedClock { column: String } =>
             "no column is named as the time; {column} rises steadily and is used as the time; name the one that is";
         UnnamedClocks { columns: Vec<String> } =>
@@ -80,32 +80,32 @@ crate::findings! {
             "the magnitude at rest is {}: gravity was removed from this acceleration, but {RAW_DATA}", short(*norm);
         NamedLinear =>
             "the columns are named as acceleration without gravity, and the sensor is never at rest to show another; {RAW_DATA}";
-    "gyro-row-by-row" Note "`--gyro`: files without time stamps are joined row by row" / "Check that both start with the same sample":
+    "gyro-row-by-row" Note "`--gyro`: files without time stamps are joined row by row" / "":
         GyroRowByRow => "one of the files has no time stamps: joined row by row";
     "gyro-uncovered" Warning "`--gyro`: rows have no reading of the gyroscope nearby; motions with such rows are not used" / "Start it before the session, and stop it after":
         GyroUncovered { uncovered: u64, rows: u64, percent: f64, within_ms: f64 } =>
             "{uncovered} of {rows} rows of the accelerometer ({percent:.1} %) have no reading of the gyroscope within {within_ms:.0} ms: before it starts, after it ends, or in its gaps; left empty there";
-    "time-unit-assumed" Warning "several units fit the time stamps, or the stated one gives an unusual rate" / "Give `--time-unit`":
+    "time-unit-assumed" Warning "several units fit the time stamps, or the stated one gives an unusual rate" / "":
         TimeUnitAssumed { unit: TimeUnit, rate_hz: f64 } =>
             "the time stamps are assumed to be in {unit} ({rate_hz:.2} Hz); give the unit if it is another";
         TimeUnitStated { unit: TimeUnit, rate_hz: f64 } =>
             "the time stamps are stated to be in {unit} ({rate_hz:.2} Hz); give the unit if it is another";
-    "time-unit-unknown" Warning "the time stamps fit no unit, or the header names an unknown one" / "Give `--time-unit` or `--rate`":
+    "time-unit-unknown" Warning "the time stamps fit no unit, or the header names an unknown one" / "":
         NoTimeUnit { step: f64 } =>
             "steps of {step} give a plausible sampling rate in no unit of time; the time stamps are not used; give their unit";
         TimeUnitUnknown { stated: String, unit: TimeUnit, rate_hz: f64 } =>
             "the unit of the time stamps, \"{stated}\", is not known; they are assumed to be in {unit} ({rate_hz:.2} Hz)";
-    "frozen-time" Warning "the time stamps never advance" / "Give `--rate`":
+    "frozen-time" Warning "the time stamps never advance" / "":
         FrozenTime => "the time stamps never advance; they are not used";
     "restarted-time" Warning "the time stamps restart" / "Find out why the board was reset or its clock set":
         RestartedTime => "the time stamps restart (the board was reset, or its clock set); a break";
-    "bad-stamps" Warning "time stamps are off the line of their neighbours, run backwards or are absent" / "Check the lines; sort the rows by time":
+    "bad-stamps" Warning "time stamps are off the line of their neighbours, run backwards or are absent" / "":
         BadStamps { stamps: usize } =>
             "{stamps} time stamps are off the line of their neighbours, or run backwards; those between good ones are replaced, others are kept";
         UnorderedStamps { backwards: usize, rows: usize } =>
             "{backwards} of {rows} time stamps run backwards: the rows are out of order, and the time stamps are not used; sort the rows by time";
         AbsentStamps { rows: usize } => "{rows} rows have no time stamp";
-    "stamps-unread" Warning "a column of time holds text that is not a date" / "Write seconds, or give `--rate`":
+    "stamps-unread" Warning "a column of time holds text that is not a date" / "":
         StampsUnread { first: String } => "time stamps like \"{first}\" are not understood; they are not used";
     "duplicate-time" Warning "time stamps repeat" / "Use a finer clock, or a lower rate":
         DuplicateTime { stamps: usize, percent: f64 } =>
@@ -138,10 +138,10 @@ crate::findings! {
         GyroUnitOfCalibration { unit: GyroUnit, stated: GyroUnit } =>
             "the gyroscope is read in {unit}, the unit of the calibration, although the header says {stated}: its noise at rest, or the accelerometer, contradicts the header; give the unit if it is another";
         GyroUncalibrated { mismatch: GyroMismatch } => "{mismatch}; it is used uncalibrated";
-    "unit-assumed" Note "the magnitude at rest fits mg, which is used, and cm/s²" / "Give `--accel-unit`":
+    "unit-assumed" Note "the magnitude at rest fits mg, which is used, and cm/s²" / "":
         UnitAssumed { norm: f64 } =>
             "the magnitude at rest is {}: read as mg; cm/s² would fit as well: give the unit if it is that", short(*norm);
-    "unit-unknown" Warning "the magnitude at rest fits no unit, or several; gravity times a power of two indicates another range" / "Correct the factor, or give `--accel-unit`: `counts` for any scale":
+    "unit-unknown" Warning "the magnitude at rest fits no unit, or several; gravity times a power of two indicates another range" / "":
         UnitAmbiguous { norm: f64 } =>
             "the magnitude at rest is {}: mg, cm/s² or counts at 1024 per g; give the unit", short(*norm);
         NeverAtRest { norm: f64 } =>
@@ -165,7 +165,7 @@ crate::findings! {
     "frozen-axis" Loss "an axis keeps one value for 100 rows while another varies" / "Check wiring and code; the axis may be defective":
         FrozenAxis { channel: String, rows: usize } =>
             "{channel} keeps exactly one value for {rows} rows while the other axes change";
-    "repeated-rows" Warning "rows repeat the row before in every channel throughout" / "Read no faster than the sensor measures":
+    "repeated-rows" Warning "throughout the recording rows repeat the row before in every channel" / "Read no faster than the sensor measures":
         RepeatedRows { rows: u64, percent: f64 } =>
             "{rows} rows ({percent:.0} %) repeat the row before in every channel: the sensor was read faster than it measures";
     "empty-cells" Loss "cells without a value, single counts of −32768, temperatures below −60 or above 150 °C" / "":
