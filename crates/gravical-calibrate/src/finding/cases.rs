@@ -94,7 +94,7 @@ gravical_recording::findings! {
     "no-face" Warning "a pose named after a face is tilted so far that it is a free pose" / "":
         NoFace { pose: String, angle_deg: f64 } =>
             "{pose} is named a face but lies {angle_deg:.1}° off it, much further than the others: taken as a free pose, unless it is given as a face";
-    "missing-face" Gate "one of the six face poses is missing, and there are no others" / "":
+    "missing-face" Gate "one of the six face poses is missing, and there are no free poses" / "":
         MissingFaces { sd_mps2: Vec<(String, f64)> } =>
             "{} of six faces are there; the magnitude is known only to {}. Record what is missing, or oblique poses",
             6 - sd_mps2.len(), list(sd_mps2, |(face, sd)| format!("{face} up: ±{:.0} mg", milli_g(COVERAGE * *sd)));
@@ -163,7 +163,7 @@ gravical_recording::findings! {
             "the samples were averaged: the turns between static intervals cannot be integrated, and the gyroscope gets its bias only";
         GyroRateUnknown =>
             "no time stamps and no rate: the turns between static intervals cannot be integrated, and the gyroscope gets its bias only";
-    "gyro-unit-unverified" Warning "no rotation shows the unit of the gyroscope; a warning where only the noise at rest tells rad/s from °/s" / "":
+    "gyro-unit-unverified" Warning "no rotation shows the unit of the gyroscope; a warning where only the noise at rest distinguishes rad/s from °/s" / "":
         GyroScaleUnread { what: &'static str } @ Note =>
             "the {what} of the gyroscope is unknown: neither the file nor a rotation between static intervals shows it; give it";
         GyroUnitOfCalibration { unit: GyroUnit } @ Note =>

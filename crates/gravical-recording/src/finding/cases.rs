@@ -18,7 +18,7 @@ crate::findings! {
     "blank-rows" Note "empty lines separate poses; a single one does not where the clock continues" / "":
         BlankRows { lines: u64 } =>
             "{}: blank; a break between segments, unless it is a single line and the clock continues", many(*lines, "line");
-    "repeated-header" Warning "the header stands again in the middle" / "":
+    "repeated-header" Warning "the header is repeated in the middle" / "":
         RepeatedHeader { lines: u64 } =>
             "{}: the header repeated; kept out of the data, and a break unless the clock continues", many(*lines, "line");
     "torn-line" Loss "fewer fields than the other rows" / "Many such lines indicate a bad connection":
