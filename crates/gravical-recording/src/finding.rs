@@ -146,7 +146,7 @@ pub enum Weight {
     Gate,
 }
 
-/// A row of the tables of `docs/recording.md`, which are made of these.
+/// An item of the lists of `docs/recording.md`, which are made of these.
 #[doc(hidden)]
 #[derive(Debug, Clone, Copy)]
 pub struct Kind {
@@ -154,11 +154,9 @@ pub struct Kind {
     pub weight: Weight,
     /// That of its cases, where one differs.
     pub of_cases: &'static [Weight],
-    /// When it is found.
+    /// When it is found, and what follows from it.
     pub meaning: &'static str,
-    /// What was done about it.
-    pub done: &'static str,
-    /// What the user should do.
+    /// What the user should do; empty if nothing.
     pub remedy: &'static str,
 }
 
@@ -179,11 +177,11 @@ macro_rules! own_weight {
     };
 }
 
-/// The enum `Case` of what a crate finds, `Case::KINDS` for the tables of the documents, and `Case::finding`.
+/// The enum `Case` of what a crate finds, `Case::KINDS` for the lists of the documents, and `Case::finding`.
 ///
 /// ```ignore
 /// findings! {
-///     "name-of-the-kind" Warning "when it is found" / "what was done" / "what the user should do":
+///     "name-of-the-kind" Warning "when it is found" / "What the user should do":
 ///         // One sentence or more, each with the values that it says.
 ///         OneCase { count: u64 } => "{count} of them";
 ///         // That weighs otherwise than its kind.
@@ -193,7 +191,7 @@ macro_rules! own_weight {
 #[doc(hidden)]
 #[macro_export]
 macro_rules! findings {
-    ($($name:literal $weight:ident $meaning:literal / $done:literal / $remedy:literal:
+    ($($name:literal $weight:ident $meaning:literal / $remedy:literal:
         $($case:ident $({ $($field:ident: $of:ty),* $(,)? })? $(@ $own:ident)?
             => $said:literal $(, $part:expr)*;)+
     )*) => {
@@ -211,7 +209,6 @@ macro_rules! findings {
                 weight: $crate::finding::Weight::$weight,
                 of_cases: &[$($crate::own_weight!($weight $($own)?)),+],
                 meaning: $meaning,
-                done: $done,
                 remedy: $remedy,
             },)*];
 

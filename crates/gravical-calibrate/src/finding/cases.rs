@@ -9,16 +9,16 @@ use serde::Serialize;
 use crate::numfmt::{AXES, COVERAGE, count, milli_g, small};
 
 gravical_recording::findings! {
-    "folder-left-out" Note "a subfolder contains files that may be recordings" / "not read" / "give it separately if it is a session":
+    "folder-left-out" Note "a subfolder with files that may be recordings is not read" / "":
         FolderLeftOut { files: usize } =>
             "a folder with {} that may be recordings; not read", count(files, "file");
-    "no-recording" Note "a file of the folder is not a recording: a text such as a licence, or other columns" / "ignored" / "nothing":
+    "no-recording" Note "a file of the folder is not a recording" / "":
         Rescued =>
             "what `gravical log` rescued when its file was lost: another name makes it a recording; left out";
         NoRecording { why: String } => "{why}; left out";
         LinearLeftOut =>
             "left out: by its values or its name it lacks gravity, and another file holds the acceleration with gravity";
-    "already-calibrated" Warning "the columns have the names of calibrated columns, or the board says that it calibrates" / "`apply` and files given by name: used anyway, in `motion` with wider bands; files of a folder: ignored" / "give the raw recording; from a board that calibrates: `gravical log --format si`":
+    "already-calibrated" Warning "the values are calibrated. `apply`, and files given by name, use them; `motion` widens its bands; files of a folder are ignored" / "Give the raw recording":
         ResultLeftOut =>
             "a result of this program, by its column names, not a recording; left out";
         CalibratedForSession { by_board: bool } =>
@@ -29,141 +29,141 @@ gravical_recording::findings! {
             "{}: calibrating again would apply the correction twice", why_calibrated(*by_board);
         CalibratedForMotion { by_board: bool } =>
             "{}: the calibration may be applied for the second time, and the bands are widened by what it changes; leave the calibration out, or use a raw recording", why_calibrated(*by_board);
-    "gyro-joined" Note "one recording, and one file with only a gyroscope beside it" / "joined by time, as with `--gyro`" / "nothing":
+    "gyro-joined" Note "a file with only a gyroscope is joined to the recording beside it by time" / "":
         GyroJoined { recording: String } =>
             "a gyroscope alone, beside one recording: joined to {recording} on time";
-    "gyro-left-out" Warning "a file with only a gyroscope beside several recordings, or one whose time does not match" / "ignored: it contains no pose" / "with one recording, name its file with `--gyro`":
+    "gyro-left-out" Warning "a file with only a gyroscope is beside several recordings, or its time does not match" / "":
         GyroOfAnother { recording: String, why: String } =>
             "a gyroscope alone, which does not belong to {recording}: {why}; left out";
         GyroAlone @ Note =>
             "a gyroscope alone, and no pose; left out. With one recording, it can be joined to it";
-    "same-file-twice" Warning "two inputs are identical" / "both are used" / "give it once":
+    "same-file-twice" Warning "two inputs are identical; both count" / "":
         SameFileTwice { file: String } => "it is the same as {file}, byte for byte, and counts twice";
-    "rows-as-poses" Note "rows that point everywhere and are similar in magnitude" / "each row is treated as the mean of a pose" / "name the rows in a label column to make this explicit":
+    "rows-as-poses" Note "rows of similar magnitude point everywhere: each is the mean of a pose" / "":
         RowsAsPoses { rows: usize } =>
             "{rows} rows without a static interval; they lie far apart and are alike in magnitude, so that each is used as the mean of a pose";
-    "labels-left-out" Note "labels that name neither a pose nor a turn, or turns that cannot be used" / "their rows are not used" / "check the spelling":
+    "labels-left-out" Note "labels name neither a pose nor a turn" / "Check the spelling":
         LabelsLeftOut { rows: usize, labels: Vec<String> } =>
             "{rows} rows labelled \"{}\" name no pose or turn; left out", labels.join("\", \"");
         TurnsNotUsed =>
             "the named turns do not calibrate the gyroscope: that takes all six faces and a full turn about each axis, without a gap or a clipped reading, whose scale is within 10 % of the stated one";
-    "empty-pose" Warning "a pose given by a section or label has no value of one axis in all its rows" / "it is not used" / "check these rows, or remove the section":
+    "empty-pose" Warning "a section or label has no value of one axis" / "":
         EmptyPose { pose: String, axis: char } =>
             "\"{pose}\" has no value of a{axis} in any of its rows; left out";
-    "short-pose" Warning "an interval too short to search for a static interval" / "all its rows are used" / "record 3 s or more":
+    "short-pose" Warning "an interval is too short to search for a static interval; all its rows are used" / "Record 3 s or more":
         ShortPose { pose: String, rows: usize } => "{pose}: {rows} rows only; all are used";
-    "no-static-interval" Warning "an interval in which the sensor never rests" / "not used" / "record it again":
+    "no-static-interval" Warning "the sensor never rests in an interval" / "":
         PoseNeverAtRest { pose: String, lines: [u64; 2] } =>
             "{pose} is never at rest in lines {} to {}: left out", lines[0], lines[1];
         NeverAtRest { why: Restless } => "never at rest: {why}; not used";
-    "unsteady-pose" Warning "the sensor moves slightly all the time, as if held by hand" / "the longest quiet part is used; the message gives the residual motion" / "put the sensor down and record the pose again":
+    "unsteady-pose" Warning "the sensor moves slightly all the time, as if held by hand" / "Put it down and record the pose again":
         UnsteadyPose { pose: String, lines: [u64; 2], rms_mg: f64 } =>
             "{pose}: never quite at rest; the longest quiet part, lines {} to {}, moves by {rms_mg:.0} mg rms and is used", lines[0], lines[1];
-    "unused-pauses" Warning "pauses in other directions than the poses, too short for a pose or unsteady, as if held by hand" / "not used; the message gives their number and the lines of one" / "hold each pose for a second or more, leaned against something; nothing if they are no poses":
+    "unused-pauses" Warning "pauses in other directions than the poses are too short or too unsteady" / "Hold each for a second or more, leaned against something":
         ShortPauses { directions: usize, lines: [u64; 2], lasts: usize, least: usize, rate_hz: Option<f64> } =>
             "pauses in {} other than those of the poses are not used; that in lines {} to {} lasts {} with the ends of motions, a pose at least {} without: hold each for longer",
             count(directions, "direction"), lines[0], lines[1], duration(*lasts, *rate_hz), duration(*least, *rate_hz);
         UnsteadyPauses { directions: usize, lines: [u64; 2], rms_mg: f64 } =>
             "pauses in {} other than those of the poses are not used; that in lines {} to {} moves by {rms_mg:.0} mg rms, as in a hand: lean the sensor against something",
             count(directions, "direction"), lines[0], lines[1];
-    "spikes-left-out" Warning "2 % or more of the samples of a pose differ from their neighbours by more than six standard deviations" / "not used for its mean, unless they are more than a third" / "check wiring and supply; the bus may be too fast for its length":
+    "spikes-left-out" Warning "2 % or more of the samples of a pose are [spikes](method.md#the-mean-of-a-pose-and-its-standard-error)" / "Check wiring and supply; the bus may be too fast for its length":
         SpikesLeftOut { samples: usize } =>
             "{samples} samples at rest stand out from their neighbours by more than 6 standard deviations: left out";
-    "orientation-mismatch" Warning "a file name claims another face than the data show" / "the data are used" / "rename the file":
+    "orientation-mismatch" Warning "a file name claims another face than the data" / "":
         OrientationMismatch { pose: String, claimed: String, up: String } =>
             "\"{pose}\" claims {claimed}, but {up} points up there; the data are believed";
-    "names-reversed" Note "all six names have the opposite sign of the data" / "the data are used" / "nothing if the names give the axis that points *down*; `--axes -x,-y,-z` if the sensor reads −g on the axis that points up, as iPhones do":
+    "names-reversed" Note "all six names have the opposite sign of the data" / "If the sensor reads −g on the axis that points up, as iPhones do, give `--axes -x,-y,-z`":
         NamesReversed =>
             "every name says the opposite of the data, which are believed: either a sign means the axis that points down here, or the sensor reads −g where an axis points up, as iPhones do; then other axes give calibrated values the usual sign";
-    "names-turned" Warning "the names describe a board that is rotated in its case" / "the data are used: axes of the board" / "give `--axes` for the axes of the case":
+    "names-turned" Warning "the names describe a board that is rotated in its case" / "":
         NamesTurned { axes: String, named: String } =>
             "the names describe another way of sitting in the case than the axes {axes}, which are believed; {named} explains all names";
-    "names-mirrored" Gate "the names contradict every possible mounting" / "the data are used" / "find the two recordings that were swapped":
+    "names-mirrored" Gate "the names contradict every possible mounting" / "Find the two recordings that were swapped":
         NamesMirrored =>
             "the names contradict the data in a way that no mounting explains (two poses swapped?); the faces were taken from the data, but check which recording is which";
-    "gravity-assumed" Note "local gravity was not given" / "9.80665 m/s² is used: up to 0.27 % of scale at sea level" / "give `--latitude` and `--altitude`, or `--gravity`":
+    "gravity-assumed" Note "local gravity was not given: 9.80665 m/s² is up to 0.27 % of scale off at sea level" / "":
         GravityAssumed =>
             "local gravity is assumed to be 9.80665 m/s²: the scale may be off by up to 0.27 % at sea level (0.34 % in La Paz); give it, or latitude and altitude";
-    "bad-pose" Warning "the magnitude at one pose contradicts all others significantly" / "not used in the fit; the table shows its readings" / "check whether the sensor moved; record the pose again":
+    "bad-pose" Warning "the magnitude at one pose contradicts all others; it is left out of the fit" / "":
         BadPose { pose: String, error_mps2: f64, chance: f64 } =>
             "{pose}: reads {:+.1} mg off the magnitude that all others agree on (chance {chance:.0e}); left out. Was it moving?", milli_g(*error_mps2);
-    "several-explanations" Warning "the poses contradict each other by more than noise, and other explanations fit than one bad pose: the bias moved once or steadily, another pose is off, a nonlinear response" / "the error that is claimed holds whichever it is" / "warm the sensor up, and record the session again without a break; or record more free poses":
+    "several-explanations" Warning "the poses contradict each other, and [several causes](method.md#verdict) explain it; the claimed error holds for each" / "Warm the sensor up, and record again without a break or with more free poses":
         SeveralExplanations { explanations: Vec<(String, f64)>, order: OrderOf, difference_mps2: f64 } =>
             "the poses contradict each other, and this would explain it: {}; {order}. The results differ by up to {:.1} mg, which is in the error that is claimed",
             likeliest(explanations), milli_g(*difference_mps2);
-    "no-face" Warning "a pose is named after a face but tilted so far that an intended free pose is more likely" / "used as a free pose: only its magnitude is used" / "record it again, or give `--face-pose NAME`":
+    "no-face" Warning "a pose named after a face is tilted so far that it is a free pose" / "":
         NoFace { pose: String, angle_deg: f64 } =>
             "{pose} is named a face but lies {angle_deg:.1}° off it, much further than the others: taken as a free pose, unless it is given as a face";
-    "missing-face" Gate "only face poses, and one of the six faces is missing" / "computed; the message gives the uncertainty of the magnitude with that face up" / "record that face, or any free poses":
+    "missing-face" Gate "one of the six face poses is missing, and there are no free poses" / "":
         MissingFaces { sd_mps2: Vec<(String, f64)> } =>
             "{} of six faces are there; the magnitude is known only to {}. Record what is missing, or oblique poses",
             6 - sd_mps2.len(), list(sd_mps2, |(face, sd)| format!("{face} up: ±{:.0} mg", milli_g(COVERAGE * *sd)));
-    "few-orientations" Gate "many poses without a face, as in days of wear, and none beyond ±0.3 g on some side of an axis" / "computed; the message gives the range of each axis" / "record longer, or turn the sensor so that each axis points up and down for a while":
+    "few-orientations" Gate "of many poses without a face none is beyond ±0.3 g on some side of an axis" / "Record longer, or point each axis up and down for a while":
         FewOrientations { ranges_g: [[f64; 2]; 3], least_g: f64 } =>
             "not enough orientations: only {} are covered; each axis has to be beyond ±{least_g} g on both sides",
             list(AXES.iter().zip(ranges_g), |(axis, [low, high])| format!("{axis} {low:+.2} to {high:+.2} g"));
-    "same-face-twice" Gate "one face is recorded twice, once under the name of the missing face" / "computed without the missing face" / "record the file that the message names again":
+    "same-face-twice" Gate "one face is recorded twice, once under the name of the missing face" / "Record the named file again":
         SameFaceTwice { up: String, one: String, other: String, missing: String } =>
             "{up} points up in \"{one}\" and in \"{other}\", and no pose has {missing} up: record \"{other}\" with {missing} up";
-    "orientation-open" Note "face poses on fewer than two axes, or a method without faces" / "the matrix is triangular by convention" / "record face poses if directions matter; the magnitude does not need them":
+    "orientation-open" Note "face poses on fewer than two axes: the matrix is triangular by convention" / "If directions matter, record face poses":
         OrientationOpen =>
             "faces on fewer than two axes: the orientation of the sensor in its case is unknown. The frame was fixed by convention (triangular matrix); magnitudes are not affected";
-    "model-error" Warning "the model misfit of the poses beyond their noise exceeds 20 mm/s²" / "included in the uncertainty" / "keep the sensor at rest, and warm it up first":
+    "model-error" Warning "the model misfit of the poses exceeds 20 mm/s²" / "Warm the sensor up, and keep it at rest":
         ModelError { error_mps2: f64 } =>
             "the poses differ from the model by {:.0} mm/s² beyond their noise: was the sensor at rest, and warm?", 1000.0 * error_mps2;
-    "noise-assumed" Note "the rows are means of unknown standard error" / "4 mm/s² are assumed" / "give the recordings instead of their means":
+    "noise-assumed" Note "the rows are means of unknown standard error: 4 mm/s² is assumed" / "Give the recordings":
         NoiseAssumed =>
             "each row is a mean of unknown standard error: 4 mm/s² were assumed for the uncertainty";
-    "free-pose-off" Gate "at free poses, which are not used by the fit, the error of the magnitude is more than three times the predicted one" / "computed anyway" / "check whether the sensor moved there, and check the six faces":
+    "free-pose-off" Gate "at free poses that the fit does not use ‖a‖ is off by more than three times the predicted error" / "Check these and the six faces":
         FreePosesOff { poses: usize, error_mps2: f64, limit: f64 } =>
             "{poses} free poses, which took no part in the fit, read the magnitude off by {:.0} mg rms, more than {limit} times what was predicted: was the sensor moving there, or is one of the faces wrong?", milli_g(*error_mps2);
-    "pose-tilt" Warning "the tilt of the face poses exceeds 1.6 times the usual 1°" / "the uncertainty is computed with the estimated tilt" / "use a box or a jig, or give `--pose-tilt`":
+    "pose-tilt" Warning "the tilt of the face poses exceeds 1.6°" / "Use a box or a jig":
         PoseTilt { tilt_deg: f64 } =>
             "the poses lie {tilt_deg:.1}° off their faces in each of two components. A box or a jig would help";
-    "clipped-pose" Gate "clipped samples in a pose" / "used; the mean is too small" / "record with a wider range":
+    "clipped-pose" Gate "samples in a pose are clipped: its mean is too small" / "":
         ClippedPose { pose: String, samples: usize } =>
             "{pose}: {samples} samples at the end of the range; its mean is too small";
         ClippedInterval { samples: usize, lines: [u64; 2] } @ Warning =>
             "{samples} samples at the end of the range in lines {} to {}: the mean is too small, and the interval does not count unless there is no other", lines[0], lines[1];
-    "scale-off" Gate "a scale factor differs by more than 10 % from nominal" / "used" / "the unit or the range is wrong":
+    "scale-off" Gate "a scale factor is more than 10 % off nominal" / "Check unit and range":
         ScaleOff { deviation_percent: [f64; 3], limit_percent: f64 } =>
             "the scale is off by more than {limit_percent} % ({}): a data sheet allows 3; is the unit or the range right?",
             beyond(*deviation_percent, *limit_percent, |v| format!("{v:+.1} %"));
-    "large-bias" Gate "a bias above 0.35 g" / "used" / "check unit and zero offset; the sensor may be damaged":
+    "large-bias" Gate "a bias exceeds 0.35 g" / "Check unit and zero offset; the sensor may be damaged":
         LargeBias { bias_mps2: [f64; 3], limit_mps2: f64 } =>
             "a bias above 0.35 g ({}): no sensor of this kind has that; was every side that is named really up, and is the unit right?",
             beyond(*bias_mps2, *limit_mps2, |v| format!("{v:+.2} m/s²"));
-    "gyro-motions-left-out" Warning "motions between poses of more than 60 s, with a break, or without a reading for more than 4.5 periods; in which the gyroscope reaches the end of its range; or that contradict the others" / "not used for the gyroscope" / "check the lines for bumps and lost samples; rotate more slowly, or record with a wider range":
+    "gyro-motions-left-out" Warning "motions between poses last more than 60 s, are interrupted or clipped, or contradict the others" / "Rotate more slowly, or record with a wider range":
         MotionsBroken { motions: u64, max_s: f64, gap_periods: f64 } =>
             "motions between static intervals are left out of the gyroscope's fit ({motions}): they last longer than {max_s} s, have a break, or miss its readings for more than {gap_periods} periods";
         MotionsClipped { motions: u64 } =>
             "motions between static intervals are left out of the gyroscope's fit ({motions}): they reach the end of its range, turned too fast";
         MotionsContradict { motions: u64 } =>
             "motions between static intervals are left out of the gyroscope's fit ({motions}): they contradict the others, by a bump, lost samples, or too fast a turn";
-    "gyro-undetermined" Note "the motions do not determine the whole matrix of the gyroscope to 3 %" / "only the bias is estimated; the scale is nominal" / "rotate about the axes that the message names, with that axis level":
+    "gyro-undetermined" Note "the motions do not determine the matrix of the gyroscope to 3 %: only its bias is estimated" / "Rotate about the named axes, each while it is level":
         GyroUndetermined { motions: usize, sd: f64, weak: Vec<String>, is_scaled: bool } =>
             "{motions} usable motions between static intervals leave the gyroscope's matrix {}; {}. Turn it about {} by 90° and more, with that axis level, and at least {MIN_MOTIONS} times in all, better twice as often",
             known(*sd), if *is_scaled { "it gets its bias only, with the nominal scale" } else { "it is not calibrated" }, weak.join(", ");
-    "gyro-misfit" Warning "after a typical motion the direction of gravity is wrong by more than 3°" / "computed anyway" / "check the clock, the rate and the calibration of the accelerometer":
+    "gyro-misfit" Warning "after a typical motion the direction of gravity is more than 3° off" / "Check clock, rate and the accelerometer":
         GyroMisfit { angle_deg: f64 } =>
             "after a typical motion, gravity rotated by the integrated rate is wrong by {angle_deg:.1}°: do both sensors have one clock, is the rate right, and the accelerometer's calibration sound?";
-    "gyro-left-handed" Warning "gyroscope and accelerometer differ in handedness" / "after calibration they agree" / "correct the sign of one axis if it is a mistake":
+    "gyro-left-handed" Warning "gyroscope and accelerometer differ in handedness" / "":
         GyroLeftHanded =>
             "the gyroscope counts left-handed against the axes of the accelerometer: the sign of one axis is inverted in one of the two; after calibration they agree";
-    "gyro-scale-off" Warning "the scale factor of the gyroscope differs by more than 10 % from nominal" / "used" / "check range, unit and order of the columns":
+    "gyro-scale-off" Warning "a scale factor of the gyroscope is more than 10 % off nominal" / "Check range and unit":
         GyroScaleOff { of_nominal: [f64; 3] } =>
             "by the motions the gyroscope's scale is {} of nominal about x, y, z: is the range or the unit another one, or are its axes not the accelerometer's?",
             list(of_nominal, |d| format!("{d:.3}"));
-    "gyro-scale-unknown" Note "the range of the gyroscope is not stated, and no motion determines the scale" / "the gyroscope is not calibrated" / "give `--gyro-unit`, and `--gyro-range` for counts":
+    "gyro-scale-unknown" Note "neither a range nor a motion gives the scale of the gyroscope" / "":
         GyroScaleUnknown { bias: [f64; 3] } =>
             "the gyroscope reads {} at rest, and its scale follows neither from its unit nor from rotations: it is not calibrated; give its unit and, for counts, its range",
             list(bias, |b| format!("{b:.4}"));
-    "gyro-rate-unknown" Note "neither time stamps nor `--rate`: rotations cannot be integrated" / "only the bias of the gyroscope is estimated" / "give `--rate`":
+    "gyro-rate-unknown" Note "without a rate only the bias of the gyroscope is estimated" / "":
         GyroAveraged =>
             "the samples were averaged: the turns between static intervals cannot be integrated, and the gyroscope gets its bias only";
         GyroRateUnknown =>
             "no time stamps and no rate: the turns between static intervals cannot be integrated, and the gyroscope gets its bias only";
-    "gyro-unit-unverified" Warning "no rotation between static intervals shows the unit of the gyroscope; a warning where the noise at rest has to distinguish rad/s and °/s because the header has none or is wrong about the accelerometer" / "the unit by the noise, of the calibration or of the header is used, if there is one" / "give `--gyro-unit` if it matters":
+    "gyro-unit-unverified" Warning "no rotation shows the unit of the gyroscope; a warning where only the noise at rest distinguishes rad/s from °/s" / "":
         GyroScaleUnread { what: &'static str } @ Note =>
             "the {what} of the gyroscope is unknown: neither the file nor a rotation between static intervals shows it; give it";
         GyroUnitOfCalibration { unit: GyroUnit } @ Note =>
@@ -172,15 +172,15 @@ gravical_recording::findings! {
             "the gyroscope is read in {unit}, not verified by a rotation between static intervals";
         GyroUnitByNoise { unit: GyroUnit, noise: f64 } =>
             "the gyroscope is read in {unit}, the unit in which its noise at rest, {noise:.2e}, is usual: no rotation shows another, and the header has none or is wrong about the accelerometer; give the unit if it is another";
-    "unit-unverified" Note "the unit of a recording, soak or calibration is unknown" / "assumed to be that of the other" / "compare the magnitude at rest with gravity":
+    "unit-unverified" Note "the unit of a recording, soak or calibration is unknown: that of the other is assumed" / "":
         UnitTaken { unit: AccelUnit, wanted: AccelUnit, at_rest: String, norm_mps2: Option<f64> } =>
             "the recording is in {unit}, the calibration for {wanted}; taken as the same: {}", measured(at_rest, *norm_mps2);
         ScalesAlike =>
             "the input unit of a calibration is unknown; the scales are alike, so the units are taken as the same";
-    "temperature-refused" Warning "the temperature changes at rest, but the drift of no channel can be predicted" / "nothing is subtracted; the table gives the reasons" / "see [method.md](method.md#drift-with-temperature)":
+    "temperature-refused" Warning "the temperature changes at rest, but the drift of no channel [can be predicted](method.md#drift-with-temperature)" / "":
         TemperatureRefused { range_c: [f64; 2] } =>
             "the temperature changes at rest ({:.1} to {:.1} °C), but the drift of no channel is predictable: none is subtracted", range_c[0], range_c[1];
-    "temperature-outside" Warning "rows, poses or static intervals are outside the temperatures of the calibration or its model" / "`apply`: the drift at the limit of the range is used; `check`: the uncertainty does not include it" / "record the sensor at rest over all temperatures of use":
+    "temperature-outside" Warning "temperatures are outside those of the calibration or its model. `apply` uses the drift at the nearest limit" / "":
         PosesOutside { poses_c: f64, soak_c: [f64; 2], valid_c: f64 } =>
             "the poses were at {poses_c:.1} °C, the soak spans {:.1} to {:.1} °C: bias and matrix are assumed to be valid at {valid_c:.1} °C; soak over the temperatures at which the sensor is calibrated and used", soak_c[0], soak_c[1];
         IntervalsOutside { intervals_c: [f64; 2], calibration_c: [f64; 2] } =>
@@ -189,23 +189,23 @@ gravical_recording::findings! {
         RowsOutside { rows: u64, rows_c: [f64; 2], model_c: [f64; 2] } =>
             "{rows} rows at {:.1} to {:.1} °C are outside the range of {:.1} to {:.1} °C in which the drift was measured: the drift at its edge is subtracted, which may be wrong",
             rows_c[0], rows_c[1], model_c[0], model_c[1];
-    "temperature-not-applied" Warning "the calibration has a temperature model, the recording (or some of its rows) no temperatures" / "the drift is not corrected; the message says how large it may be" / "record the temperature":
+    "temperature-not-applied" Warning "the calibration has a temperature model, the recording no temperatures" / "":
         DriftNotApplied { why: NoTemperature, range_c: [f64; 2], changes: Vec<(String, f64, String)> } =>
             "{why}, so the calibration's drift with temperature is not taken off there: between {:.1} and {:.1} °C it changes {}",
             range_c[0], range_c[1], list(changes, |(channel, most, unit)| format!("{channel} by up to {} {unit}", small(*most, 3)));
-    "poor-calibration" Warning "the verdict of a calibration that is used or compared is poor" / "used anyway" / "fix what the verdict names":
+    "poor-calibration" Warning "the verdict of a calibration that is used or compared is poor" / "":
         PoorCalibration { reasons: Vec<String> } =>
             "the calibration's own verdict is poor: {}", reasons.join("; ");
-    "gravity-differs" Warning "two values of gravity" / "`compare` counts the uncertainty of both; `check` uses the given one" / "use the same `--gravity` for both if they were made in one place":
+    "gravity-differs" Warning "two values of gravity. `compare` counts the uncertainty of both; `check` uses the given one" / "":
         GravityDiffers { gravity_mps2: [f64; 2], of: [String; 2], percent: f64 } =>
             "gravity is {:.5} m/s² {} and {:.5} m/s² {}: if both are of one place, {percent:.3} % of scale, and of ‖a‖, come from that alone; use the same gravity for both",
             gravity_mps2[0], of[0], gravity_mps2[1], of[1];
-    "same-recordings" Warning "both calibrations share recordings, or `check` was given a recording of the calibration" / "agreement proves nothing; `check` does not count the intervals that the calibration was fitted to; alone they give `undecided`" / "make a new recording":
+    "same-recordings" Warning "both calibrations share recordings, or `check` got one of the calibration: agreement proves nothing" / "":
         RecordingsShared { shared: usize, all: usize, first: String } =>
             "{shared} of {all} recordings of the first calibration went into the second one, too ({first}): their errors are shared, so that agreement proves nothing";
         RecordingOfCalibration =>
             "the calibration was made from this recording: static intervals that it was fitted to cannot test it, and count only where there are no others";
-    "frames-mirrored" Warning "`compare`: one calibration is the mirror image of the other" / "they differ" / "look for two poses that were swapped":
+    "frames-mirrored" Warning "one calibration is the mirror image of the other" / "Look for two poses that were swapped":
         FramesMirrored =>
             "one calibration describes the mirror image of the other: in one of the sessions two poses were swapped, or an axis has the wrong sign";
 }

@@ -1,5 +1,5 @@
 //! The error codes and the kinds of findings of the sources are those of docs/recording.md, and links of
-//! the documents lead somewhere.
+//! the documents lead to a file and a heading.
 
 use std::collections::BTreeSet;
 use std::fs;
@@ -20,38 +20,37 @@ fn document() -> String {
     fs::read_to_string(root().join("docs/recording.md")).unwrap()
 }
 
-/// The rows of the tables are those of the enums; with `GRAVICAL_BLESS` they are written anew.
+/// The items of the lists are those of the enums; with `GRAVICAL_BLESS` they are written anew.
 #[test]
 fn every_kind_of_finding_is_documented() {
     let text = document();
     let mut written = text.clone();
     let (_, findings) = text.split_once("\n## Findings\n").unwrap();
     let (findings, _) = findings.split_once("\n## ").unwrap();
-    let rows: Vec<&str> = findings.lines().filter(|l| l.starts_with("| `")).collect();
+    let items: Vec<&str> = findings.lines().filter(|l| l.starts_with("- `")).collect();
     let kinds = gravical::finding::kinds();
     for kind in &kinds {
-        let begin = format!("| `{}` | ", kind.name);
-        let row = rows.iter().find(|row| row.starts_with(&begin));
-        let row = row.unwrap_or_else(|| panic!("no row {begin}"));
+        let begin = format!("- `{}`", kind.name);
+        let item = items.iter().find(|item| item.starts_with(&begin));
+        let item = item.unwrap_or_else(|| panic!("no item {begin}"));
+        let has = |weight| kind.of_cases.contains(&weight);
         let weight = match kind.weight {
-            _ if kind.of_cases.contains(&Weight::Note)
-                && kind.of_cases.contains(&Weight::Warning) =>
-            {
-                "note, or warning"
-            }
-            Weight::Note => "note",
-            Weight::Warning | Weight::Loss => "warning",
-            Weight::Gate => "warning, [gate](#quality-gates)",
+            _ if has(Weight::Note) && has(Weight::Warning) => " (note or warning)",
+            Weight::Note => " (note)",
+            Weight::Warning | Weight::Loss => "",
+            Weight::Gate => " (gate)",
         };
-        let (meaning, done, remedy) = (kind.meaning, kind.done, kind.remedy);
-        let wanted = format!("{begin}{weight} | {meaning} | {done} | {remedy} |");
-        written = written.replace(&format!("{row}\n"), &format!("{wanted}\n"));
+        let mut wanted = format!("{begin}{weight}: {}.", kind.meaning);
+        if !kind.remedy.is_empty() {
+            wanted += &format!(" {}.", kind.remedy);
+        }
+        written = written.replace(&format!("{item}\n"), &format!("{wanted}\n"));
     }
     if std::env::var_os("GRAVICAL_BLESS").is_some() {
         fs::write(root().join("docs/recording.md"), &written).unwrap();
     }
-    assert!(written == text, "GRAVICAL_BLESS=1 writes the rows anew");
-    assert_eq!(rows.len(), kinds.len(), "each once, and no other");
+    assert!(written == text, "GRAVICAL_BLESS=1 writes the items anew");
+    assert_eq!(items.len(), kinds.len(), "each once, and no other");
 }
 
 #[test]
@@ -108,13 +107,35 @@ fn links_lead_somewhere() {
     for path in paths {
         let text = fs::read_to_string(&path).unwrap();
         for link in text.split("](").skip(1) {
-            let target = link.split([')', '#']).next().unwrap_or_default();
-            if !target.is_empty() && !target.contains("://") {
+            let link = link.split(')').next().unwrap_or_default();
+            let (target, anchor) = link.split_once('#').unwrap_or((link, ""));
+            if !target.contains("://") {
                 seen += 1;
-                let full = path.parent().unwrap().join(target);
-                assert!(full.exists(), "{}: {target}", path.display());
+                let full = match target {
+                    "" => path.clone(),
+                    target => path.parent().unwrap().join(target),
+                };
+                assert!(full.exists(), "{}: {link}", path.display());
+                assert!(has_heading(&full, anchor), "{}: {link}", path.display());
             }
         }
     }
     assert!(seen > 20, "only {seen} links");
+}
+
+/// Whether a document has the heading that the forge gives this name; without a name true.
+fn has_heading(document: &Path, anchor: &str) -> bool {
+    let named = |heading: &str| {
+        let words = heading.trim_start_matches('#').trim().to_lowercase();
+        let kept = words
+            .chars()
+            .filter(|c| c.is_alphanumeric() || " -_".contains(*c));
+        kept.map(|c| if c == ' ' { '-' } else { c })
+            .collect::<String>()
+    };
+    let headings = || fs::read_to_string(document).unwrap();
+    anchor.is_empty()
+        || headings()
+            .lines()
+            .any(|l| l.starts_with('#') && named(l) == anchor)
 }

@@ -12,54 +12,54 @@ const MAX_NAMED: usize = 12;
 const RAW_DATA: &str = "a calibration needs gravity; use the raw data (phyphox: \"Acceleration (with g)\"; Sensor Logger: TotalAcceleration.csv; Android: TYPE_ACCELEROMETER)";
 
 crate::findings! {
-    "named-gap" Loss "a line `# gap: …`: [the logger](logging.md) reports rows that were lost" / "a break; the clock may restart there" / "nothing for a mean; find the cause":
+    "named-gap" Loss "a line `# gap: …` of [the logger](logging.md): rows were lost" / "":
         NamedGap { lines: u64, first: String } =>
             "{}: the logger reports missing rows; treated as a break between segments, first: \"{first}\"", many(*lines, "line");
-    "blank-rows" Note "empty lines, or lines of delimiters only" / "taken as a break between poses, except a single line across which the clock continues" / "nothing, if a break was meant":
+    "blank-rows" Note "empty lines separate poses; a single one does not where the clock continues" / "":
         BlankRows { lines: u64 } =>
             "{}: blank; a break between segments, unless it is a single line and the clock continues", many(*lines, "line");
-    "repeated-header" Warning "the header once more in the middle" / "skipped; a break unless the clock continues" / "check whether two recordings are in one file":
+    "repeated-header" Warning "the header is repeated in the middle" / "":
         RepeatedHeader { lines: u64 } =>
             "{}: the header repeated; kept out of the data, and a break unless the clock continues", many(*lines, "line");
-    "torn-line" Loss "fewer fields than the other rows" / "skipped" / "nothing for a single last line; many indicate a bad connection":
+    "torn-line" Loss "fewer fields than the other rows" / "Many such lines indicate a bad connection":
         TornLine { lines: u64, first: String } =>
             "{}: fewer fields than the other rows (half-written); set aside, first: \"{first}\"", many(*lines, "line");
-    "too-many-fields" Loss "more fields than the other rows" / "skipped" / "check whether lines run together; lower the baud rate or the sampling rate":
+    "too-many-fields" Loss "more fields than the other rows: lines run together" / "Lower the baud rate or the sampling rate":
         TooManyFields { lines: u64, first: String } =>
             "{}: more fields than the other rows (lines run together?); set aside, first: \"{first}\"", many(*lines, "line");
-    "not-a-number" Loss "a value that is not a number" / "skipped" / "check the line":
+    "not-a-number" Loss "a value is not a number" / "":
         NotANumber { lines: u64, first: String } =>
             "{}: no number where the rows have numbers; set aside, first: \"{first}\"", many(*lines, "line");
         TextCells { cells: usize, first: String } =>
             "{cells} cells hold text where the rows have numbers; they are empty, first: \"{first}\"";
-    "zero-rows" Loss "the accelerometer reads zero on all axes, together with the gyroscope or in five consecutive rows" / "left out: the sensor was not read; empty cells where the gyroscope was" / "check the wiring":
+    "zero-rows" Loss "the accelerometer reads zero on all axes, together with the gyroscope or in five consecutive rows" / "":
         ZeroRows { lines: u64 } => "{}: all channels zero: the sensor was not read; set aside", many(*lines, "line");
         ZeroAccel { rows: usize } =>
             "the accelerometer reads zero on all axes in {rows} rows: it was not read; treated as empty";
-    "sensor-hung" Warning "all channels repeat to the last digit for longer than noise allows" / "those rows are left out: they are a gap" / "check wiring and power of the sensor":
+    "sensor-hung" Warning "all channels repeat to the last digit for longer than noise allows" / "Check wiring and power of the sensor":
         SensorHung { lines: u64 } =>
             "{}: all channels repeat for longer than noise allows: the sensor or its bus hung; set aside like a gap", many(*lines, "line");
-    "nul-bytes" Warning "NUL bytes in lines" / "removed" / "the file may be damaged; close it before unplugging the board":
+    "nul-bytes" Warning "NUL bytes were removed" / "Close the file before you unplug the board":
         NulBytes { lines: u64 } => "NUL bytes in {lines} lines; removed";
-    "truncated-file" Loss "a truncated gzip file" / "the part that can be unpacked is used" / "copy the file again":
+    "truncated-file" Loss "a gzip file is truncated" / "":
         TruncatedFile { rows: usize } =>
             "the packed file is damaged or ends in the middle; {rows} rows could be unpacked";
-    "corrupt-block" Warning "blocks of a [file of a wearable](wearables.md) with a wrong checksum, an unknown coding, no date, or cut off at the end; or not later than the one before: repeated or out of order" / "skipped; a break where they are damaged" / "copy the file from the device again; if that does not help, its memory is worn or it lost power":
+    "corrupt-block" Warning "blocks of a [`.cwa` file](wearables.md) are damaged, repeated or out of order" / "Copy it from the device again":
         CorruptBlock { blocks: u64, first: String } => "{}: damaged; skipped, first: {first}", many(*blocks, "block");
         LateBlock { blocks: u64, first: String } =>
             "{}: not later than the one before (repeated or out of order); skipped, first: {first}", many(*blocks, "block");
-    "samples-averaged" Note "more than 2²⁰ samples of a `.cwa` file" / "`inspect`, `calibrate` and `check` use [means of neighbouring samples](#long-recordings), at 2.5 Hz or faster" / "nothing":
+    "samples-averaged" Note "more than 2²⁰ samples in a `.cwa` file: [means](#long-recordings) are used" / "":
         SamplesAveraged { samples: usize, means: usize, neighbours: usize } =>
             "{samples} samples are too many to hold: they are used as {means} means of {neighbours} neighbours";
-    "columns-guessed" Warning "no header, or a header that does not fit the columns" / "recognised from the values; the message says how" / "give the printed `--columns` option":
+    "columns-guessed" Warning "no header, or one that does not fit" / "":
         NoHeader => "no header; assigned by the numbers; give the columns to be sure";
         NamesMisfit { misfit: Misfit } => "{misfit}; assigned by the numbers; give the columns to be sure";
-    "columns-unread" Note "columns of changing numbers that are used for nothing, whose names tell no other quantity" / "named" / "assign those that are of the sensor: `--columns`":
+    "columns-unread" Note "columns of changing numbers are not used" / "Assign those that belong to the sensor: `--columns`":
         ColumnsUnread { columns: Vec<String> } => "columns of numbers that are not read: {}", named(columns);
-    "not-an-accelerometer" Warning "columns recognised from their values behave like a gyroscope" / "used anyway" / "give `--columns`":
+    "not-an-accelerometer" Warning "columns recognised from their values behave like a gyroscope" / "Give `--columns`":
         NotAnAccelerometer { norm_at_rest: f64, norm_in_motion: f64 } =>
             "the magnitude is {norm_at_rest:.0} at rest and up to {norm_in_motion:.0} in motion: these columns look like a gyroscope";
-    "several-sensors" Warning "more than one accelerometer, in columns side by side or in rows distinguished by a column (`I`, `instance`, `type`)" / "the first is used, or the one whose word names an accelerometer" / "select another one with `--sensor`, as the message says":
+    "several-sensors" Warning "more than one accelerometer, in columns or rows; the first is read" / "":
         SeveralSensors { sensors: Vec<String>, read: String } =>
             "{} accelerometers: {}; {read} is read, unless another is chosen", sensors.len(), sensors.join(", ");
         SilentSensors { sensors: Vec<String>, read: String } =>
@@ -70,61 +70,61 @@ crate::findings! {
             "the acceleration ({read} …) lacks gravity, which stands in other columns ({gravity} …): their sum is read";
         RawAndCalibrated { read: String } =>
             "a table of this program with raw and calibrated columns: the raw ones ({read} …) are read, unless the calibrated ones are named";
-    "unnamed-clock" Warning "no column is named as time, and one or several increase steadily" / "a single one is used as time, none of several" / "give the printed `--columns t=…`; `--columns t=-` for none":
+    "unnamed-clock" Warning "no column is named as time; one that rises steadily is used, of several none" / "":
         UnnamedClock { column: String } =>
             "no column is named as the time; {column} rises steadily and is used as the time; name the one that is";
         UnnamedClocks { columns: Vec<String> } =>
             "no column is named as the time; {} rise steadily: each could be the time, and none is used; name the one that is", columns.join(", ");
-    "without-gravity" Warning "at rest the acceleration is near zero, or the column is named linear and its magnitude is not gravity: the device has subtracted gravity" / "the unit stays unknown; `calibrate` stops (`unit-unknown`)" / "record the raw acceleration, or use its file: `Acceleration (with g)` in phyphox, `TotalAcceleration.csv` of Sensor Logger":
+    "without-gravity" Warning "the device has subtracted gravity" / "Record the raw acceleration: `Acceleration (with g)` in phyphox, `TotalAcceleration.csv` of Sensor Logger":
         WithoutGravity { norm: f64 } =>
             "the magnitude at rest is {}: gravity was removed from this acceleration, but {RAW_DATA}", short(*norm);
         NamedLinear =>
             "the columns are named as acceleration without gravity, and the sensor is never at rest to show another; {RAW_DATA}";
-    "gyro-row-by-row" Note "`--gyro`: at least one of the files has no time stamps" / "joined row by row" / "check that both start with the same sample":
+    "gyro-row-by-row" Note "`--gyro`: files without time stamps are joined row by row" / "":
         GyroRowByRow => "one of the files has no time stamps: joined row by row";
-    "gyro-uncovered" Warning "`--gyro`: rows of the accelerometer without a reading of the gyroscope nearby" / "empty there; motions with such rows are not used" / "start both before the session, and stop them after it":
+    "gyro-uncovered" Warning "`--gyro`: rows have no reading of the gyroscope nearby; motions with such rows are not used" / "Start it before the session, and stop it after":
         GyroUncovered { uncovered: u64, rows: u64, percent: f64, within_ms: f64 } =>
             "{uncovered} of {rows} rows of the accelerometer ({percent:.1} %) have no reading of the gyroscope within {within_ms:.0} ms: before it starts, after it ends, or in its gaps; left empty there";
-    "time-unit-assumed" Warning "the unit of the time stamps is not stated, and more than one fits; or the stated one gives less than 0.9 Hz or more than 20 kHz" / "the most likely, or the stated one, is used; the message names it" / "give `--time-unit`":
+    "time-unit-assumed" Warning "several units fit the time stamps, or the stated one gives an unusual rate" / "":
         TimeUnitAssumed { unit: TimeUnit, rate_hz: f64 } =>
             "the time stamps are assumed to be in {unit} ({rate_hz:.2} Hz); give the unit if it is another";
         TimeUnitStated { unit: TimeUnit, rate_hz: f64 } =>
             "the time stamps are stated to be in {unit} ({rate_hz:.2} Hz); give the unit if it is another";
-    "time-unit-unknown" Warning "the steps fit no unit, or no usual sampling rate; or the header names a unit that is not known (`Time [frames]`)" / "the time stamps are not used, or in the unit that the message names" / "give `--time-unit` or `--rate`":
+    "time-unit-unknown" Warning "the time stamps fit no unit, or the header names an unknown one" / "":
         NoTimeUnit { step: f64 } =>
             "steps of {step} give a plausible sampling rate in no unit of time; the time stamps are not used; give their unit";
         TimeUnitUnknown { stated: String, unit: TimeUnit, rate_hz: f64 } =>
             "the unit of the time stamps, \"{stated}\", is not known; they are assumed to be in {unit} ({rate_hz:.2} Hz)";
-    "frozen-time" Warning "the time stamps never advance" / "not used" / "give `--rate`":
+    "frozen-time" Warning "the time stamps never advance" / "":
         FrozenTime => "the time stamps never advance; they are not used";
-    "restarted-time" Warning "the time stamps restart: the board was reset, or its clock set" / "a break; the clock is continued" / "find the cause of the reset":
+    "restarted-time" Warning "the time stamps restart" / "Find out why the board was reset or its clock set":
         RestartedTime => "the time stamps restart (the board was reset, or its clock set); a break";
-    "bad-stamps" Warning "time stamps far off the line of their neighbours, or that run backwards; or rows without one" / "those between good ones are replaced by the line through these; others are used as recorded, and rows without one; of rows out of order none is used" / "check the lines; sort the rows by time":
+    "bad-stamps" Warning "time stamps are off the line of their neighbours, run backwards or are absent" / "":
         BadStamps { stamps: usize } =>
             "{stamps} time stamps are off the line of their neighbours, or run backwards; those between good ones are replaced, others are kept";
         UnorderedStamps { backwards: usize, rows: usize } =>
             "{backwards} of {rows} time stamps run backwards: the rows are out of order, and the time stamps are not used; sort the rows by time";
         AbsentStamps { rows: usize } => "{rows} rows have no time stamp";
-    "stamps-unread" Warning "a column of time holds text that is no date; the message quotes the first" / "not used" / "give `--rate`, or write seconds":
+    "stamps-unread" Warning "a column of time holds text that is not a date" / "":
         StampsUnread { first: String } => "time stamps like \"{first}\" are not understood; they are not used";
-    "duplicate-time" Warning "time stamps repeat" / "the rows are used" / "use a finer clock, or a lower rate":
+    "duplicate-time" Warning "time stamps repeat" / "Use a finer clock, or a lower rate":
         DuplicateTime { stamps: usize, percent: f64 } =>
             "{stamps} time stamps repeat the one before ({percent:.1} % of the rows); the rows are kept";
-    "burst-time" Warning "many rows share a time stamp, followed by a long step: arrival times, whole seconds, or rounding by a spreadsheet" / "the mean rate between pauses is used instead" / "record time stamps on the board":
+    "burst-time" Warning "many rows share a time stamp before a long step: arrival times, or rounding by a spreadsheet" / "Record time stamps on the board":
         BurstTime { bursty_steps: usize, steps: usize, rate_hz: f64 } =>
             "{bursty_steps} of {steps} rows share their stamp with the row before or follow it far sooner than the mean: the stamps are coarser than the sampling (rounded by a spreadsheet), or times of arrival; the mean rate of {rate_hz:.2} Hz is used instead";
-    "gap" Warning "more than four consecutive samples are missing" / "counted; the message gives the longest" / "nothing for a mean":
+    "gap" Warning "more than four consecutive samples are missing" / "":
         Gap { gaps: usize, longest_s: f64 } =>
             "{} of more than four samples, the longest {longest_s:.3} s", many(*gaps as u64, "gap");
-    "missing-samples" Loss "more than 0.1 % of the samples are missing" / "counted" / "lower the rate, or raise the baud rate":
+    "missing-samples" Loss "more than 0.1 % of the samples are missing" / "Lower the rate, or raise the baud rate":
         MissingSamples { samples: f64, percent: f64 } =>
             "{samples:.0} samples ({percent:.1} %) are missing between the time stamps";
-    "rate-mismatch" Warning "the stated sampling rate differs by more than 2 % from the time stamps" / "the time stamps are used" / "correct the stated rate":
+    "rate-mismatch" Warning "the stated rate differs by more than 2 % from the time stamps, which are used" / "":
         RateMismatch { stated_hz: f64, rate_hz: f64 } =>
             "the claimed rate is {stated_hz} Hz, the time stamps give {rate_hz:.2} Hz; the time stamps are used";
-    "rate-unknown" Note "neither time stamps nor `--rate`" / "static intervals are counted in rows" / "give `--rate`":
+    "rate-unknown" Note "neither time stamps nor `--rate`: intervals are counted in rows" / "":
         RateUnknown => "no time stamps and no rate: static intervals are counted in rows";
-    "unit-mismatch" Warning "the unit of header, option or calibration contradicts gravity or the turns" / "the data override a header; an option is used as given; `apply` stops unless `--accel-unit` is given" / "correct the header":
+    "unit-mismatch" Warning "gravity or the turns contradict a unit. The data override a header; an option is used as given; `apply` stops without `--accel-unit`" / "":
         UnitOfHeader { stated: AccelUnit, norm: f64, unit: AccelUnit } =>
             "the header gives {stated}, but the magnitude at rest is {}: the values are read as {unit}", short(*norm);
         UnitGiven { unit: AccelUnit, norm_g: f64 } =>
@@ -138,10 +138,10 @@ crate::findings! {
         GyroUnitOfCalibration { unit: GyroUnit, stated: GyroUnit } =>
             "the gyroscope is read in {unit}, the unit of the calibration, although the header says {stated}: its noise at rest, or the accelerometer, contradicts the header; give the unit if it is another";
         GyroUncalibrated { mismatch: GyroMismatch } => "{mismatch}; it is used uncalibrated";
-    "unit-assumed" Note "the magnitude at rest fits mg and cm/s²" / "read as mg" / "give `--accel-unit`, or name the unit in the header":
+    "unit-assumed" Note "the magnitude at rest fits mg, which is used, and cm/s²" / "":
         UnitAssumed { norm: f64 } =>
             "the magnitude at rest is {}: read as mg; cm/s² would fit as well: give the unit if it is that", short(*norm);
-    "unit-unknown" Warning "the magnitude at rest fits no unit, or several; if it is gravity times a power of two, the sensor was set to another range than the program assumed" / "`inspect` continues; `calibrate` stops" / "give `--accel-unit`: `mg`, or `counts` for counts of any scale; correct the factor":
+    "unit-unknown" Warning "the magnitude at rest fits no unit, or several; gravity times a power of two indicates another range" / "":
         UnitAmbiguous { norm: f64 } =>
             "the magnitude at rest is {}: mg, cm/s² or counts at 1024 per g; give the unit", short(*norm);
         NeverAtRest { norm: f64 } =>
@@ -150,31 +150,31 @@ crate::findings! {
             "the magnitude at rest is {}: it would be gravity in {} with the full-scale setting wrong by a factor of {factor}: was the sensor set to another range than the program assumed?", short(*norm), unit.name();
         UnitUnknown { norm: f64 } =>
             "the magnitude at rest is {}: gravity in no known unit; check the factor in the program that wrote the file, or give counts as the unit, which uses the values as they are", short(*norm);
-    "range-mismatch" Warning "the range of `--accel-range` or of the board's header contradicts gravity at rest" / "the option is used as given; gravity overrides the header" / "remove or correct the option":
+    "range-mismatch" Warning "gravity at rest contradicts `--accel-range`, which is used, or the range of the header, which is not" / "":
         RangeGiven { given_g: f64, shown_g: f64 } =>
             "±{} g was given, but the magnitude at rest corresponds to ±{} g; the given range is used", short(*given_g), short(*shown_g);
         RangeGivenForCounts { given_g: f64, lsb_per_g: f64 } =>
             "±{} g was given, but the magnitude at rest corresponds to {} counts per g; the given range is used", short(*given_g), short(*lsb_per_g);
         RangeOfHeader { stated_lsb_per_g: f64, lsb_per_g: f64 } =>
             "the file claims {} counts per g, the magnitude at rest is that of {}; that of gravity is used", short(*stated_lsb_per_g), short(*lsb_per_g);
-    "unsigned-counts" Note "16-bit values written as unsigned: around 32768, or 65535 for −1" / "32768 is subtracted; the bias includes it again; no range is assumed; 65535 is read as −1" / "nothing, or `--zero-offset`":
+    "unsigned-counts" Note "16-bit values written as unsigned, around 32768 or 65535 for −1" / "If that is wrong, give `--zero-offset`":
         UnsignedCounts { encoding: Encoding } => "unsigned numbers of 16 bits: {encoding}";
-    "clipped" Warning "values at the end of the range: counts from 32764; in physical units repeats of the largest value at a usual full scale, or at `--gyro-range`" / "used anyway" / "record with a wider range":
+    "clipped" Warning "values at the end of the range" / "Record with a wider range":
         Clipped { channel: String, rows: u64 } =>
             "{channel} reaches the end of its range in {rows} rows: the true value is larger; record at a wider range";
-    "frozen-axis" Loss "an axis keeps one value for 100 rows while another axis of the sensor varies by more than its last digit (coarse digits at rest are not reported)" / "used anyway" / "check wiring and code; the axis may be defective":
+    "frozen-axis" Loss "an axis keeps one value for 100 rows while another varies" / "Check wiring and code; the axis may be defective":
         FrozenAxis { channel: String, rows: usize } =>
             "{channel} keeps exactly one value for {rows} rows while the other axes change";
-    "repeated-rows" Warning "throughout the recording rows repeat the row before in every channel (repeats at rest due to coarse digits are not reported)" / "used anyway" / "read no faster than the sensor measures":
+    "repeated-rows" Warning "throughout the recording rows repeat the row before in every channel" / "Read no faster than the sensor measures":
         RepeatedRows { rows: u64, percent: f64 } =>
             "{rows} rows ({percent:.0} %) repeat the row before in every channel: the sensor was read faster than it measures";
-    "empty-cells" Loss "cells without a value, counts of -32768 alone between ordinary ones, and temperatures that no sensor can have (below −60 or above 150 °C)" / "left empty and not part of means; if each channel is written when it arrives, the last value is held; `noise` leaves a channel out where hardly two samples follow each other" / "nothing, or record whole rows":
+    "empty-cells" Loss "cells without a value, single counts of −32768, temperatures below −60 or above 150 °C" / "":
         EmptyCells { cells: EmptyCells } => "{cells}; they stay empty";
         HeldCells { cells: EmptyCells } =>
             "{cells}; each channel is written when it arrives: its last value is held, that of the gyroscope for a few rows";
         NoNeighbours { channel: String } =>
             "{channel}: hardly two samples at rest follow each other; its noise is left out";
-    "temperature-unit" Note "the temperature column is not in °C, e.g. raw counts" / "it is not used" / "record °C if the temperature is needed":
+    "temperature-unit" Note "the temperature is not in °C and not used" / "":
         TemperatureUnit { middle: f64 } =>
             "the temperature column is around {middle:.0}, not °C (raw counts?); it is not used";
 }

@@ -2,7 +2,7 @@
 //!
 //!     cargo run --release -p gravical --example noise_accuracy -- [RECORDINGS [KIND]]
 //!
-//! It prints the table of docs/accuracy-noise.md.
+//! It prints the table that docs/accuracy-noise.md sums up.
 
 use std::f64::consts::PI;
 
