@@ -264,8 +264,6 @@ def main():
                 times.append(cpu_s)
     cpu = {name: round_125(np.mean([cpu_s[name] for cpu_s in times])) for name in times[0]}
     row({"recording": "CPU time, 6 faces, s", **cpu})
-    residual = dict.fromkeys(["student", "imu_tk"], "residual of its fit")
-    row({"recording": "says of its error", **residual, "imucal": "nothing", "gravical": "limit, verdict"})
 
 
 if __name__ == "__main__":
