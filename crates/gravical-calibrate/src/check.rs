@@ -11,7 +11,7 @@ use gravical_core::matrix3::{norm, unit};
 use gravical_fit::consistency::{self, Length, StaticMean};
 use gravical_fit::model::BIAS;
 use gravical_fit::{SIGNIFICANCE, Sensor, Test};
-use gravical_recording::utc::UtcTime;
+use gravical_judge::utc::UtcTime;
 use serde::{Deserialize, Serialize};
 
 use crate::Result;

@@ -11,7 +11,7 @@ use crate::finding::{Case, Finding};
 use crate::numfmt::{count, name};
 use crate::problem::Problem;
 use crate::recording::{Recording, common_serial};
-use gravical_recording::utc::UtcTime;
+use gravical_judge::utc::UtcTime;
 
 /// Gravity that differs by less than this fraction is the same.
 const SAME_GRAVITY: f64 = 1e-5;

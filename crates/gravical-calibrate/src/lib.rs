@@ -35,5 +35,6 @@ pub mod session;
 pub mod stats;
 pub mod temperature;
 
-pub use gravical_recording::{Error, Result};
-use gravical_recording::{escape, hash, option_text, utc};
+pub use gravical_judge::{Error, Result};
+use gravical_judge::{escape, option_text, utc};
+use gravical_recording::hash;

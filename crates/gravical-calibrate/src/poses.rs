@@ -354,7 +354,7 @@ fn pose(
     let recording = &recordings[interval.recording];
     let clipped = held
         .iter()
-        .map(|values| gravical_recording::full_scale::clipped_count(values, &recording.units.accel))
+        .map(|values| gravical_judge::full_scale::clipped_count(values, &recording.units.accel))
         .sum();
     let rows = interval.rows;
     let temperatures = recording.temperature_c.as_ref();

@@ -4,9 +4,9 @@ use std::ops::Range;
 
 use gravical_core::six_position::SixPositionError;
 use gravical_fit::Face;
-use gravical_recording::finding::Case as RecordingCase;
-use gravical_recording::utc::UtcTime;
-use gravical_recording::{AccelScale, AccelUnit, GyroUnit, Origin};
+use gravical_judge::finding::Case as RecordingCase;
+use gravical_judge::units::{AccelScale, AccelUnit, GyroUnit, Origin};
+use gravical_judge::utc::UtcTime;
 
 use crate::finding::Restless;
 use crate::numfmt::{count, in_words, milli_g};
@@ -24,7 +24,7 @@ const SECTION_LIST: &str =
     "a section list is {\"x_p\": {\"start\": 0, \"end\": 500}, …} or lines of label,start,end";
 const POSES_SHOWN: &str = "`gravical inspect` shows what each pose reads";
 
-gravical_recording::errors! {
+gravical_judge::errors! {
     "no-recordings" input:
         NoRecording => "there is no recording";
         NoneInFolder { endings: &'static [&'static str] } => "there is no recording in this folder"

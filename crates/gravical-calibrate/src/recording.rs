@@ -31,17 +31,19 @@ use crate::problem::Problem;
 use crate::{Error, Result};
 
 pub use crate::finding::{Finding, LineSpans, Severity};
+pub use gravical_judge::{ColumnsSpec, Meter, Progress, ReadOptions};
+#[doc(hidden)]
+pub use gravical_judge::{full_scale, units};
 #[doc(hidden)]
 pub use gravical_recording::{
-    BoardSettings, Follow, Form, LineKind, bytes, full_scale, holds_gyroscope_alone,
-    is_named_gyroscope, max_bytes, source, units,
+    BoardSettings, Follow, Form, LineKind, bytes, holds_gyroscope_alone, is_named_gyroscope,
+    max_bytes, source,
 };
 pub use gravical_recording::{
-    Clock, ColumnsSpec, JoinedFile, Labels, Ledger, Meter, Progress, ReadOptions, Reason,
-    Recording, TableColumn, TimeUnit, join_gyroscope, read, read_bytes, read_head, read_joined,
-    read_named, read_samples,
+    Clock, JoinedFile, Labels, Ledger, Reason, Recording, TableColumn, join_gyroscope, read,
+    read_bytes, read_head, read_joined, read_named, read_samples,
 };
-pub use units::{AccelScale, AccelUnit, GyroScale, GyroUnit, Origin, Units};
+pub use units::{AccelScale, AccelUnit, GyroScale, GyroUnit, Origin, TimeUnit, Units};
 
 /// Size of one m/s² in the numbers of the accelerometer.
 ///

@@ -2,7 +2,7 @@
 
 use gravical_calibrate::calibration_file::Calibration;
 use gravical_calibrate::numfmt::count;
-use gravical_recording::Result;
+use gravical_judge::Result;
 
 use crate::event::{Command, EndReason, Event, Loss, Message, SourceKind};
 use crate::folder::Journal;

@@ -14,10 +14,9 @@ mod settings;
 
 use std::collections::VecDeque;
 
-use gravical_recording::escape::shown;
-use gravical_recording::{
-    BoardSettings, ColumnsSpec, Error, Follow, Form, LineKind, ReadOptions, Result,
-};
+use gravical_judge::escape::shown;
+use gravical_judge::{ColumnsSpec, Error, ReadOptions, Result};
+use gravical_recording::{BoardSettings, Follow, Form, LineKind};
 
 use crate::problem::Problem;
 use gaps::{Cause, GAP_STEPS, Gaps};

@@ -15,7 +15,7 @@ use gravical_calibrate::poses::{MAX_FACE_ANGLE_DEG, SegmentOptions};
 use gravical_calibrate::recording::units::{AccelUnit, GyroScale};
 use gravical_calibrate::recording::{Follow, Recording};
 use gravical_calibrate::stats::mean_of_finite;
-use gravical_recording::Result;
+use gravical_judge::Result;
 
 use crate::event::{Command, Event, Loss, Message, Pose, Rejection, State, Status, Tile, Wanted};
 use crate::folder::{Journal, section};

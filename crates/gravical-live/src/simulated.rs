@@ -7,7 +7,7 @@ use gravical_calibrate::numfmt::milli_g;
 use gravical_calibrate::poses::face::Face;
 use gravical_core::matrix3::{add, mul_vec, norm};
 use gravical_fit::model::sphere;
-use gravical_recording::Result;
+use gravical_judge::Result;
 use gravical_sim::{InteractiveSensor, LineOptions, Reading, SimulateOptions};
 
 use crate::event::{Command, Event};

@@ -11,15 +11,14 @@
 
 use std::path::Path;
 
+use gravical_judge::finding::Case;
+use gravical_judge::{Finding, LineSpans, ReadOptions, Result};
+
 use crate::bytes::Input;
-use crate::error::Result;
-use crate::finding::{Case, Finding};
-use crate::options::ReadOptions;
 use crate::problem::Problem;
 use crate::read::{open_head, read_gyroscope};
 use crate::recording::{JoinedFile, Recording};
 use crate::source::{Named, open, stem};
-use crate::spans::LineSpans;
 
 /// Stamps that differ by less than this share of the gyroscope's period are equal: within it the
 /// change of the rate is far below its noise.

@@ -2,15 +2,13 @@
 
 use std::ops::Range;
 
+use gravical_judge::units::{TimeUnit, Units};
+use gravical_judge::utc::UtcTime;
+use gravical_judge::{Encoding, Finding, Result};
 use serde::Serialize;
 
-use crate::error::Result;
-use crate::finding::Finding;
-use crate::judge::Encoding;
 use crate::problem::Problem;
 use crate::text::{Format, Ledger};
-use crate::units::{TimeUnit, Units};
-use crate::utc::UtcTime;
 
 /// Bytes of the text that decide on the format.
 pub(crate) const HEAD_BYTES: usize = 262_144;

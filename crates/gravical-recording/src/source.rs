@@ -4,9 +4,9 @@ use std::fs::File;
 use std::io::{self, Read};
 use std::path::Path;
 
+use gravical_judge::{Error, ReadOptions, Result};
+
 use crate::bytes::{Input, from_reader};
-use crate::error::{Error, Result};
-use crate::options::ReadOptions;
 use crate::problem::Problem;
 
 /// Name of a file without folder and endings (`.csv.gz` is two).

@@ -51,8 +51,8 @@ use std::path::{Path, PathBuf};
 
 use gravical_core::calibration::{GyroscopeCalibration, LinearCalibration};
 use gravical_core::unit::STANDARD_GRAVITY_MPS2;
+use gravical_judge::quiet_norm;
 use gravical_recording::bytes::Input;
-use gravical_recording::judge::quiet_norm;
 use gravical_recording::write::Table;
 use gravical_recording::{CALIBRATED, Format, Piece, Stream};
 use serde::{Deserialize, Serialize};

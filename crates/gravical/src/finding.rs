@@ -9,7 +9,7 @@ pub use gravical_calibrate::finding::{Advice, Finding, LineSpans, Severity};
 
 use crate::numfmt::{count, digits, duration_text};
 
-gravical_recording::findings! {
+gravical_judge::findings! {
     "not-filtered" Warning "segments between gaps or breaks are shorter than the filter needs" / "not filtered" / "use a shorter window, or a recording without gaps":
         NotFiltered { filter: String, samples: usize, shortest: usize } =>
             "{filter}: {samples} samples in parts of channels that are shorter than the {shortest} it needs are left unchanged";

@@ -14,7 +14,7 @@ const ITS_FILE: &str = "give the file of `gravical noise REST.csv -o noise.json`
 const MORE_NOISE: &str =
     "record accelerometer and gyroscope at rest, with more decimals or for longer";
 
-gravical_recording::errors! {
+gravical_judge::errors! {
     "target-is-input" usage:
         TargetIsInput => "this is an input file; a result must not replace it" => "name another file for the result";
         TargetMayBeInput => "this may be a recording of an input folder; a result must not replace it" => "name another file for the result";

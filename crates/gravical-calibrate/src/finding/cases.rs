@@ -3,12 +3,12 @@
 use std::fmt;
 
 use gravical_fit::MIN_MOTIONS;
-use gravical_recording::{AccelUnit, GyroUnit};
+use gravical_judge::units::{AccelUnit, GyroUnit};
 use serde::Serialize;
 
 use crate::numfmt::{AXES, COVERAGE, count, milli_g, small};
 
-gravical_recording::findings! {
+gravical_judge::findings! {
     "folder-left-out" Note "a subfolder contains files that may be recordings" / "not read" / "give it separately if it is a session":
         FolderLeftOut { files: usize } =>
             "a folder with {} that may be recordings; not read", count(files, "file");

@@ -12,7 +12,7 @@ use std::f64::consts::PI;
 use std::ops::Range;
 
 use gravical_core::matrix3::norm;
-use gravical_recording::judge::resolution;
+use gravical_judge::resolution;
 use nalgebra::{UnitQuaternion, Vector3};
 
 use super::face::angle_deg;

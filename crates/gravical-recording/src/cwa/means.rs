@@ -2,9 +2,10 @@
 
 use std::io::Read;
 
+use gravical_judge::Error;
+use gravical_judge::finding::Case;
+
 use super::samples::Samples;
-use crate::error::Error;
-use crate::finding::Case;
 use crate::memory::Budget;
 use crate::recording::Recording;
 use crate::text::{Format, Ledger, Rows};

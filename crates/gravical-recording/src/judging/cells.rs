@@ -1,8 +1,10 @@
 //! Empty cells.
 
+use gravical_judge::finding::{Case, EmptyCells};
+use gravical_judge::units::POSSIBLE_C;
+use gravical_judge::{Finding, are_many};
+
 use super::clean::names;
-use crate::finding::{Case, EmptyCells, Finding};
-use crate::judge::{POSSIBLE_C, are_many};
 use crate::recording::Recording;
 
 /// Longest holding of the gyroscope's values, in usual distances between them. As for gaps, an

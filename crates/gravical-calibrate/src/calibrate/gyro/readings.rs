@@ -5,7 +5,7 @@ use std::ops::Range;
 
 use gravical_core::matrix3;
 use gravical_fit::{Motion, Sample, StaticInterval};
-use gravical_recording::range_end;
+use gravical_judge::full_scale::range_end;
 
 use crate::finding::{Case, Finding};
 use crate::poses::mean::pooled_noise;

@@ -19,13 +19,13 @@ pub fn trend(values: &[f64]) -> (f64, f64) {
 const SPARSE_ROWS: usize = 20;
 
 /// Whether so many rows lack a value that each channel may be written when it arrives.
-pub(crate) fn is_sparse(channels: &[&[f64]]) -> bool {
+pub fn is_sparse(channels: &[&[f64]]) -> bool {
     let rows = channels[0].len();
     let lacks = |row: &usize| channels.iter().any(|c| c[*row].is_nan());
     are_many((0..rows).filter(lacks).count(), rows)
 }
 
 /// Whether so many of the rows are enough for it.
-pub(crate) fn are_many(lacking: usize, rows: usize) -> bool {
+pub fn are_many(lacking: usize, rows: usize) -> bool {
     rows >= SPARSE_ROWS && 5 * lacking > rows
 }

@@ -2,7 +2,7 @@
 
 use std::ops::Range;
 
-use super::cells::{median, trend};
+use crate::cells::{median, trend};
 use crate::units::TIME_UNITS;
 use crate::utc::UtcTime;
 

@@ -5,7 +5,8 @@ use std::fmt;
 
 use serde::Serialize;
 
-use crate::units::{AccelUnit, Encoding, GyroUnit, POSSIBLE_C, TimeUnit};
+use crate::encoding::Encoding;
+use crate::units::{AccelUnit, GyroUnit, POSSIBLE_C, TimeUnit};
 
 /// Columns that a sentence names.
 const MAX_NAMED: usize = 12;

@@ -122,7 +122,7 @@ impl Error {
     }
 
     /// Adds the line, from 1, of a file that whoever opened it [adds](Error::in_file).
-    pub(crate) fn at_line(self, line: usize) -> Self {
+    pub fn at_line(self, line: usize) -> Self {
         self.at(Path::new(""), Some(line as u64))
     }
 
@@ -290,7 +290,7 @@ macro_rules! errors {
         impl Problem {
             /// The error, to which place and options are added.
             #[allow(unused_variables)]
-            pub(crate) fn error(self) -> $crate::Error {
+            pub fn error(self) -> $crate::Error {
                 match self {
                     $($(Problem::$case { $($($field),*)? } => {
                         let error = $crate::Error::$category($code, format!($said $(, $part)*));
