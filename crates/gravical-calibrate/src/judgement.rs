@@ -3,12 +3,12 @@
 
 use gravical_fit::model::{BIAS, Covariance};
 use gravical_fit::{SIGNIFICANCE, Sensor, Test};
+use gravical_judge::numfmt::{count, name};
 use serde::Serialize;
 
 use crate::Result;
 use crate::calibration_file::{Calibration, SensorInfo};
 use crate::finding::{Case, Finding};
-use crate::numfmt::{count, name};
 use crate::problem::Problem;
 use crate::recording::{Recording, common_serial};
 use gravical_judge::utc::UtcTime;

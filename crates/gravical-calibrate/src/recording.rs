@@ -25,7 +25,8 @@
 
 use std::path::Path;
 
-use crate::escape::path_word;
+use gravical_judge::escape::path_word;
+
 use crate::finding::Case;
 use crate::problem::Problem;
 use crate::{Error, Result};
@@ -65,7 +66,8 @@ pub fn nominal_accel(recording: &Recording) -> Result<f64> {
 /// # Errors
 ///
 /// `sensors-differ` where they name several.
-pub(crate) fn common_serial(recordings: &[Recording]) -> Result<Option<String>> {
+#[doc(hidden)]
+pub fn common_serial(recordings: &[Recording]) -> Result<Option<String>> {
     let named = recordings.iter().map(|r| (&r.name, r.format.serial()));
     let mut named = named.filter_map(|(name, serial)| Some((name, serial?)));
     let Some((one, serial)) = named.next() else {

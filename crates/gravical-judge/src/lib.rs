@@ -7,7 +7,7 @@
 //! - Functions over slices: [`clock`] (stamps to times and a rate), [`accel_unit`] (the unit in which rows at rest show
 //!   gravity), [`resolution`], [`Encoding`], and defects: [`detect_stuck`], [`frozen_axes`], [`repeated_rows`].
 //!   [`full_scale`]: values at the end of a range.
-//! - [`units`]: units and sensitivities by their names; [`utc`]: times.
+//! - [`units`]: units and sensitivities by their names; [`utc`]: times; [`numfmt`]: numbers as text.
 //! - [`ReadOptions`]: what the user says of a recording.
 //! - [`Error`] and [`Finding`]: what all crates say, by tables of cases that [`errors!`] and [`findings!`] make.
 //!
@@ -35,6 +35,7 @@ pub mod escape;
 pub mod finding;
 pub mod full_scale;
 mod meter;
+pub mod numfmt;
 #[doc(hidden)]
 pub mod option_text;
 mod options;

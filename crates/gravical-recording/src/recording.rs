@@ -167,6 +167,11 @@ impl Recording {
             .map_or(row as u64 + 1, |line| u64::from(*line))
     }
 
+    /// The lines of the first and the last of some rows.
+    pub fn lines_of(&self, rows: &Range<usize>) -> [u64; 2] {
+        [rows.start, rows.end - 1].map(|row| self.line(row))
+    }
+
     /// The rows in these lines, the first and the last.
     pub fn rows_at(&self, [first, last]: [u32; 2]) -> Range<usize> {
         let before = |line: u32| self.lines.partition_point(|l| *l < line);

@@ -1,13 +1,13 @@
 //! What is found in recordings and results.
 
+use gravical_judge::numfmt::{count, digits, duration_text};
+
 #[doc(hidden)]
 pub use gravical_calibrate::finding::Case as CalibrationCase;
 #[doc(hidden)]
 pub use gravical_calibrate::finding::*;
 #[doc(inline)]
 pub use gravical_calibrate::finding::{Advice, Finding, LineSpans, Severity};
-
-use crate::numfmt::{count, digits, duration_text};
 
 gravical_judge::findings! {
     "not-filtered" Warning "segments between gaps or breaks are shorter than the filter needs" / "not filtered" / "use a shorter window, or a recording without gaps":

@@ -102,6 +102,8 @@
 #![deny(missing_docs)]
 
 pub mod apply;
+#[doc(hidden)]
+pub mod calibration_folder;
 pub mod convert;
 pub mod denoise;
 #[doc(hidden)]
@@ -183,8 +185,7 @@ pub mod recording {
 }
 
 #[doc(hidden)]
-pub use gravical_calibrate::{numfmt, temperature};
-use gravical_calibrate::{rounding, stats};
+pub use gravical_calibrate::temperature;
 #[doc(hidden)]
 pub use gravical_recording::output;
 #[doc(hidden)]
@@ -195,10 +196,9 @@ pub use gravical_recording::output::TOOL;
 pub use gravical_core as core;
 #[doc(hidden)]
 pub use gravical_fit as fit;
-use gravical_judge::option_text;
 pub use gravical_judge::{Category, Error, Location, Result, utc};
 #[doc(hidden)]
-pub use gravical_judge::{errors, escape};
+pub use gravical_judge::{errors, escape, numfmt};
 /// Guided calibration: a recording that grows and commands in, events out.
 pub use gravical_live as live;
 /// A virtual sensor with known parameters.

@@ -3,10 +3,11 @@
 use std::fmt;
 
 use gravical_fit::MIN_MOTIONS;
+use gravical_judge::numfmt::{COVERAGE, count, milli_g, small};
 use gravical_judge::units::{AccelUnit, GyroUnit};
 use serde::Serialize;
 
-use crate::numfmt::{AXES, COVERAGE, count, milli_g, small};
+use crate::attitude::AXES;
 
 gravical_judge::findings! {
     "folder-left-out" Note "a subfolder contains files that may be recordings" / "not read" / "give it separately if it is a session":

@@ -6,14 +6,14 @@ use std::ops::Range;
 use gravical_core::matrix3;
 use gravical_fit::{Motion, Sample, StaticInterval};
 use gravical_judge::full_scale::range_end;
+use gravical_signal::rounding;
+use gravical_signal::stats::mean_of_finite;
 
 use crate::finding::{Case, Finding};
 use crate::poses::mean::pooled_noise;
 use crate::poses::rests::with_slow_ends;
 use crate::poses::{Pose, Segmentation, sum_of_rows};
 use crate::recording::{GyroScale, Recording};
-use crate::rounding;
-use crate::stats::mean_of_finite;
 
 /// A longer step is a gap, in periods: what happened in it is not known. Over a shorter one the rate is a
 /// straight line, whether rows are lost or their cells empty.
@@ -158,7 +158,7 @@ impl<'a> Readings<'a> {
             let place = Place {
                 recording: index,
                 rows: inner,
-                lines: [recording.line(rows.start), recording.line(rows.end - 1)],
+                lines: recording.lines_of(&rows),
             };
             match track.samples(rows) {
                 Ok(samples) => {
