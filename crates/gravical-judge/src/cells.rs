@@ -14,18 +14,3 @@ pub fn trend(values: &[f64]) -> (f64, f64) {
     let down = values.windows(2).filter(|w| w[1] < w[0]).count() as f64;
     (up / steps, down / steps)
 }
-
-/// Smallest number of rows for holding values.
-const SPARSE_ROWS: usize = 20;
-
-/// Whether so many rows lack a value that each channel may be written when it arrives.
-pub fn is_sparse(channels: &[&[f64]]) -> bool {
-    let rows = channels[0].len();
-    let lacks = |row: &usize| channels.iter().any(|c| c[*row].is_nan());
-    are_many((0..rows).filter(lacks).count(), rows)
-}
-
-/// Whether so many of the rows are enough for it.
-pub fn are_many(lacking: usize, rows: usize) -> bool {
-    rows >= SPARSE_ROWS && 5 * lacking > rows
-}

@@ -48,10 +48,10 @@ pub mod utc;
 
 pub use accel_unit::{AccelClaim, Jump, accel_unit, find_jump, quiet_norm, shows_gravity};
 pub use advice::Advice;
-pub use cells::{are_many, is_sparse, median, trend};
+pub use cells::{median, trend};
 pub use clock::{
-    ClockFault, ClockOptions, RATES_HZ, Times, breaks, clock, counts_rows, holds_steps,
-    regular_blanks, regularity, sum_steps,
+    ClockFault, ClockOptions, GAP_PERIODS, RATES_HZ, Times, breaks, clock, counts_rows,
+    holds_steps, regular_blanks, regularity, sum_steps,
 };
 pub use defects::{count_changes, detect_stuck, frozen_axes, repeated_rows, unread_runs};
 pub use encoding::{Encoding, are_unsigned};

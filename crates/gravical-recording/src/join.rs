@@ -12,7 +12,7 @@
 use std::path::Path;
 
 use gravical_judge::finding::Case;
-use gravical_judge::{Finding, LineSpans, ReadOptions, Result};
+use gravical_judge::{Finding, GAP_PERIODS, LineSpans, ReadOptions, Result};
 
 use crate::bytes::Input;
 use crate::problem::Problem;
@@ -23,9 +23,6 @@ use crate::source::{Named, open, stem};
 /// Stamps that differ by less than this share of the gyroscope's period are equal: within it the
 /// change of the rate is far below its noise.
 const SAME_STAMP: f64 = 0.02;
-
-/// Largest number of periods between stamps for interpolation; more is a gap for the reader too.
-const GAP_PERIODS: f64 = 4.5;
 
 /// Reads the recording at `path` by `read`, with the gyroscope of a second file, if there is one.
 ///

@@ -1,6 +1,6 @@
 //! From the rows of a file to a recording.
 
-mod cells;
+pub(crate) mod cells;
 pub(crate) mod clean;
 pub(crate) mod findings;
 mod time;

@@ -9,6 +9,7 @@ mod turns;
 use gravical_core::calibration::LinearCalibration;
 use gravical_core::matrix3;
 use gravical_fit::{FittedMotion, GyroOptions, GyroRest, GyroUndetermined, MotionFit};
+use gravical_judge::GAP_PERIODS;
 use gravical_signal::stats::rms;
 
 use crate::calibrate::session::Session;
@@ -18,8 +19,7 @@ use crate::poses::face::axes_where;
 use crate::recording::LineSpans;
 use crate::recording::units::GyroUnit;
 
-use readings::Readings;
-use readings::{GAP_PERIODS, LeftOut, MAX_MOTION_S};
+use readings::{LeftOut, MAX_MOTION_S, Readings};
 
 /// A scale that is further from nominal is not the one of the data sheet.
 const SCALE_OFF: f64 = 0.1;
