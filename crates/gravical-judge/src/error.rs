@@ -67,6 +67,19 @@ impl Error {
         }))
     }
 
+    /// What [`errors!`](crate::errors) makes of a case.
+    #[doc(hidden)]
+    pub fn of_row(
+        category: Category,
+        code: &'static str,
+        said: fmt::Arguments<'_>,
+        hint: Option<&fmt::Arguments<'_>>,
+    ) -> Self {
+        let mut error = Self::new(category, code, fmt::format(said));
+        error.0.hint = hint.map(|hint| fmt::format(*hint));
+        error
+    }
+
     /// The recording or file does not contain what is needed.
     pub fn input(code: &'static str, message: impl Into<String>) -> Self {
         Self::new(Category::Input, code, message)
@@ -264,6 +277,20 @@ impl std::error::Error for Error {
     }
 }
 
+#[doc(hidden)]
+#[macro_export]
+macro_rules! category {
+    (input) => {
+        $crate::Category::Input
+    };
+    (usage) => {
+        $crate::Category::Usage
+    };
+    (device) => {
+        $crate::Category::Device
+    };
+}
+
 /// The enum `Problem` of what a crate refuses, and `Problem::error`.
 ///
 /// ```ignore
@@ -292,11 +319,12 @@ macro_rules! errors {
             #[allow(unused_variables)]
             pub fn error(self) -> $crate::Error {
                 match self {
-                    $($(Problem::$case { $($($field),*)? } => {
-                        let error = $crate::Error::$category($code, format!($said $(, $part)*));
-                        $(let error = error.with_hint(format!($hint $(, $hint_part)*));)?
-                        error
-                    })+)*
+                    $($(Problem::$case { $($($field),*)? } => $crate::Error::of_row(
+                        $crate::category!($category),
+                        $code,
+                        format_args!($said $(, $part)*),
+                        [$(format_args!($hint $(, $hint_part)*))?].first(),
+                    ),)+)*
                 }
             }
         }
