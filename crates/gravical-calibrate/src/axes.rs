@@ -3,7 +3,7 @@
 use gravical_fit::Face;
 use serde::{Deserialize, Serialize};
 
-use crate::numfmt::AXES;
+use crate::attitude::AXES;
 use crate::problem::Problem;
 use crate::{Error, Result};
 

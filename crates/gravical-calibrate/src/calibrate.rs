@@ -30,6 +30,7 @@ mod gyro;
 mod section;
 mod session;
 
+use gravical_judge::utc::UtcTime;
 use serde::Deserialize;
 
 use crate::calibration_file::{
@@ -41,7 +42,6 @@ use crate::gravity::Gravity;
 use crate::poses::{SegmentOptions, Segmentation, segment};
 use crate::recording::{Finding, Recording, Severity, after_losses, common_serial};
 use crate::temperature::{enough_poses, for_calibration, from_poses};
-use crate::utc::UtcTime;
 use crate::{Error, Result};
 
 use estimate::accelerometer;

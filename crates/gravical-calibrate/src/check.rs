@@ -11,7 +11,9 @@ use gravical_core::matrix3::{norm, unit};
 use gravical_fit::consistency::{self, Length, StaticMean};
 use gravical_fit::model::BIAS;
 use gravical_fit::{SIGNIFICANCE, Sensor, Test};
-use gravical_recording::utc::UtcTime;
+use gravical_judge::numfmt::{mg, milli_g};
+use gravical_judge::utc::UtcTime;
+use gravical_signal::stats::{mean_of_finite, median, rms};
 use serde::{Deserialize, Serialize};
 
 use crate::Result;
@@ -22,14 +24,12 @@ use crate::calibration_file::{
 use crate::finding::{Case, Finding};
 use crate::gravity::Gravity;
 use crate::judgement::{ASSUMED_ERROR_MPS2, gravity_differs, judge, sensor};
-use crate::numfmt::{mg, milli_g};
 use crate::poses::face::{AxisMap, Face, axes_where};
 use crate::poses::mean::pooled_noise;
 use crate::poses::rests::{find_rests, why_never_static};
-use crate::poses::{self, Interval, Measured, Pose, SegmentOptions, measure_intervals};
+use crate::poses::{self, Interval, Pose, SegmentOptions, measure_intervals};
 use crate::problem::Problem;
 use crate::recording::{Recording, after_losses, already_calibrated};
-use crate::stats::{mean_of_finite, median, rms};
 use crate::temperature::{NoTemperature, bring_to_reference, not_applied};
 
 pub use crate::judgement::{Judgement, Side, Verdict};
@@ -70,7 +70,7 @@ pub struct CheckOptions {
     #[cfg_attr(feature = "clap", arg(skip))]
     pub gravity: Option<Gravity>,
     /// Axes of the sensor that point along x, y and z of the case.
-    #[serde(deserialize_with = "crate::option_text::one")]
+    #[serde(deserialize_with = "gravical_judge::option_text::one")]
     #[cfg_attr(feature = "clap", command(flatten))]
     pub axes: AxisMap,
 }
@@ -215,9 +215,8 @@ pub fn check(
     let (lengths, test) = consistency::check(&sensor, here, &means, |i| counts[i])
         .ok_or_else(|| Problem::Singular.error().at(name.as_ref(), None))?;
     let stills = intervals.iter().zip(&lengths).zip(&counts);
-    let stills = stills.map(|((interval, length), counts)| StillCheck {
-        counts: *counts,
-        ..StillCheck::new(of(interval), interval, length, &options.axes)
+    let stills = stills.map(|((interval, length), counts)| {
+        StillCheck::new(of(interval), interval, length, *counts, &options.axes)
     });
     let static_intervals: Vec<StillCheck> = stills.collect();
     circumstances(calibration, recordings, &intervals, &mut findings);
@@ -277,7 +276,13 @@ pub fn check(
 }
 
 impl StillCheck {
-    fn new(recording: &Recording, interval: &Pose, length: &Length, axes: &AxisMap) -> StillCheck {
+    fn new(
+        recording: &Recording,
+        interval: &Pose,
+        length: &Length,
+        counts: bool,
+        axes: &AxisMap,
+    ) -> StillCheck {
         let is_named = recording.labels.is_some() && !interval.is_found;
         let calibrated = axes.to_case(length.force);
         let (nearest, face_angle_deg) = Face::nearest(calibrated);
@@ -296,7 +301,7 @@ impl StillCheck {
             z: length.error_mps2 / length.sd_mps2,
             temperature_c: interval.temperature_c,
             clipped: interval.clipped as u64,
-            counts: true,
+            counts,
         }
     }
 }
@@ -366,11 +371,8 @@ fn static_intervals(
         }
         intervals.extend(found);
     }
-    let Measured {
-        poses: mut intervals,
-        held,
-        ..
-    } = measure_intervals(recordings, intervals, &options.axes, findings);
+    let (mut intervals, held, _) =
+        measure_intervals(recordings, intervals, &options.axes, findings);
     include_slow_noise(recordings, &held, &mut intervals);
     for interval in &mut intervals {
         let offset = recordings[interval.recording].units.zero_offset;

@@ -11,6 +11,7 @@
 use gravical_core::matrix3::norm;
 use gravical_core::unit::DEGREES_PER_RADIAN;
 use gravical_fit::{Sensor, Test, consistency};
+use gravical_judge::numfmt::{COVERAGE, decimals_for, fixed, signed, unit};
 use serde::Serialize;
 
 use crate::Result;
@@ -19,7 +20,6 @@ use crate::finding::{Case, Finding};
 use crate::judgement::{
     Judgement, PART_SIGNIFICANCE, Side, Verdict, gravity_differs, judge, sensor,
 };
-use crate::numfmt::{COVERAGE, decimals_for, fixed, signed, unit};
 use crate::problem::Problem;
 use crate::recording::AccelUnit;
 

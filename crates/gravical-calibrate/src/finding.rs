@@ -5,8 +5,8 @@ mod cases;
 use crate::Error;
 
 pub use cases::{Case, NoTemperature, OrderOf, Restless};
-pub use gravical_recording::finding::{Case as RecordingCase, GyroMismatch, Kind, Weight};
-pub use gravical_recording::{Advice, Finding, LineSpans, Severity, format_spans};
+pub use gravical_judge::finding::{Case as RecordingCase, GyroMismatch, Kind, Weight};
+pub use gravical_judge::{Advice, Finding, LineSpans, Severity, format_spans};
 
 /// Adds findings to an error that they can be the cause of: a file that was left out.
 pub(crate) fn after(error: Error, findings: &[Finding]) -> Error {

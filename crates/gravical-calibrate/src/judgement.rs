@@ -3,15 +3,15 @@
 
 use gravical_fit::model::{BIAS, Covariance};
 use gravical_fit::{SIGNIFICANCE, Sensor, Test};
+use gravical_judge::numfmt::{count, name};
 use serde::Serialize;
 
 use crate::Result;
 use crate::calibration_file::{Calibration, SensorInfo};
 use crate::finding::{Case, Finding};
-use crate::numfmt::{count, name};
 use crate::problem::Problem;
 use crate::recording::{Recording, common_serial};
-use gravical_recording::utc::UtcTime;
+use gravical_judge::utc::UtcTime;
 
 /// Gravity that differs by less than this fraction is the same.
 const SAME_GRAVITY: f64 = 1e-5;

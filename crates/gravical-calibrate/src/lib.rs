@@ -11,10 +11,10 @@
 //! 5. [`temperature`]: drift with temperature.
 //! 6. [`check`](mod@check), [`compare`](mod@compare): a calibration against new rests, and two calibrations.
 //!
-//! Below these are [`recording`] (recordings and their faults), [`finding`], [`gravity`], [`stats`], [`rounding`] and
-//! [`numfmt`] (numbers as text).
+//! Below these are [`recording`] (recordings and their faults), [`finding`] and [`gravity`].
 #![deny(missing_docs)]
 
+mod attitude;
 #[doc(hidden)]
 pub mod axes;
 pub mod calibrate;
@@ -24,16 +24,12 @@ pub mod compare;
 pub mod finding;
 pub mod gravity;
 mod judgement;
-pub mod numfmt;
 pub mod poses;
 mod problem;
 pub mod recording;
-pub mod rounding;
 #[doc(hidden)]
 pub mod samples;
 pub mod session;
-pub mod stats;
 pub mod temperature;
 
-pub use gravical_recording::{Error, Result};
-use gravical_recording::{escape, hash, option_text, utc};
+pub use gravical_judge::{Error, Result};

@@ -29,13 +29,14 @@ pub(crate) use found::{advise_rate, intervals_of};
 use std::ops::Range;
 
 use gravical_core::matrix3::sub;
+use gravical_judge::full_scale::clipped_count;
+use gravical_signal::stats::mean_of_finite;
 use serde::Deserialize;
 
 use crate::finding::{Case, after};
 use crate::problem::Problem;
 use crate::recording::units::GyroScale;
 use crate::recording::{AccelUnit, Finding, Recording};
-use crate::stats::mean_of_finite;
 use crate::{Error, Result};
 
 use face::{AxisMap, Claim, Face};
@@ -54,7 +55,7 @@ pub struct SegmentOptions {
     #[cfg_attr(feature = "clap", arg(skip))]
     pub sections: Option<Vec<Section>>,
     /// Axes of the sensor that point along x, y and z of the case.
-    #[serde(deserialize_with = "crate::option_text::one")]
+    #[serde(deserialize_with = "gravical_judge::option_text::one")]
     #[cfg_attr(feature = "clap", command(flatten))]
     pub axes: AxisMap,
 }
@@ -136,14 +137,6 @@ pub struct Turn {
     pub rows: Range<usize>,
 }
 
-/// Static intervals with their means.
-pub(crate) struct Measured {
-    pub poses: Vec<Pose>,
-    /// The accelerometer in each, rows with a spike empty.
-    pub held: Vec<[Vec<f64>; 3]>,
-    pub noise: PoseNoise,
-}
-
 /// Cuts a session into poses.
 ///
 /// # Errors
@@ -180,9 +173,8 @@ pub fn segment(recordings: &[Recording], options: &SegmentOptions) -> Result<Seg
         return Err(after(error, &unused));
     }
     let gyro_scale = judge_gyroscope(recordings, &intervals, &mut findings);
-    let Measured {
-        mut poses, noise, ..
-    } = measure_intervals(recordings, intervals, &options.axes, &mut findings);
+    let (mut poses, _, noise) =
+        measure_intervals(recordings, intervals, &options.axes, &mut findings);
     leave_out_empty(&mut poses, &mut findings);
     findings.extend(named::check_names(&poses));
     findings.extend(unused.iter().cloned());
@@ -279,13 +271,14 @@ fn unknown_unit(recording: &Recording) -> Error {
     })
 }
 
-/// Measures static intervals: means with the noise of all together, single spikes left out.
+/// Measures static intervals: means with the noise of all together, single spikes left out. The poses, the
+/// accelerometer in each, rows with a spike empty, and the noise.
 pub(crate) fn measure_intervals(
     recordings: &[Recording],
     intervals: Vec<Interval>,
     axes: &AxisMap,
     findings: &mut Vec<Finding>,
-) -> Measured {
+) -> (Vec<Pose>, Vec<[Vec<f64>; 3]>, PoseNoise) {
     let held = without_spikes(recordings, &intervals, findings);
     let steps = recordings.iter().map(|r| r.units.resolution[0]);
     let coarsest = steps.fold([0.0; 3], |most: [f64; 3], step| {
@@ -301,14 +294,12 @@ pub(crate) fn measure_intervals(
     let centre = gravical_fit::centre(means.iter().map(|m| &m.mean));
     let measured = intervals.into_iter().zip(means).zip(&held);
     let poses = measured.map(|((interval, mean), held)| {
-        let seen = Face::nearest(axes.to_case(sub(&mean.mean, &centre)));
-        pose(interval, mean, seen, held, recordings)
+        let nearest = Face::nearest(axes.to_case(sub(&mean.mean, &centre)));
+        let recording = &recordings[interval.recording];
+        pose(interval, mean, nearest, held, recording)
     });
-    Measured {
-        poses: poses.collect(),
-        held,
-        noise,
-    }
+    let poses = poses.collect();
+    (poses, held, noise)
 }
 
 /// The channels of a sensor as slices.
@@ -349,13 +340,10 @@ fn pose(
     mean: PoseMean,
     (nearest, angle_deg): (Face, f64),
     held: &[Vec<f64>; 3],
-    recordings: &[Recording],
+    recording: &Recording,
 ) -> Pose {
-    let recording = &recordings[interval.recording];
-    let clipped = held
-        .iter()
-        .map(|values| gravical_recording::full_scale::clipped_count(values, &recording.units.accel))
-        .sum();
+    let clipped = held.iter();
+    let clipped = clipped.map(|values| clipped_count(values, &recording.units.accel));
     let rows = interval.rows;
     let temperatures = recording.temperature_c.as_ref();
     let temperature_c = temperatures.map(|t| mean_of_finite(&t[rows.clone()]));
@@ -363,7 +351,7 @@ fn pose(
         label: interval.label,
         source: recording.name.clone(),
         recording: interval.recording,
-        lines: [recording.line(rows.start), recording.line(rows.end - 1)],
+        lines: recording.lines_of(&rows),
         is_found: interval.is_found,
         mean: mean.mean,
         standard_error: mean.standard_error,
@@ -372,7 +360,7 @@ fn pose(
         face: (angle_deg <= MAX_FACE_ANGLE_DEG).then_some(nearest),
         angle_deg,
         claim: interval.claim,
-        clipped,
+        clipped: clipped.sum(),
         rows,
     }
 }

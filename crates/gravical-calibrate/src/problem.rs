@@ -4,15 +4,12 @@ use std::ops::Range;
 
 use gravical_core::six_position::SixPositionError;
 use gravical_fit::Face;
-use gravical_recording::finding::Case as RecordingCase;
-use gravical_recording::utc::UtcTime;
-use gravical_recording::{AccelScale, AccelUnit, GyroUnit, Origin};
+use gravical_judge::finding::Case as RecordingCase;
+use gravical_judge::numfmt::{count, milli_g};
+use gravical_judge::units::{AccelScale, AccelUnit, GyroUnit, Origin};
 
+use crate::attitude::in_words;
 use crate::finding::Restless;
-use crate::numfmt::{count, in_words, milli_g};
-
-/// Calibrations that an error lists.
-const MAX_LISTED: usize = 8;
 
 const A_CALIBRATION: &str =
     "a calibration is what `gravical calibrate … -o cal.json` writes, or a file of imucal";
@@ -24,7 +21,7 @@ const SECTION_LIST: &str =
     "a section list is {\"x_p\": {\"start\": 0, \"end\": 500}, …} or lines of label,start,end";
 const POSES_SHOWN: &str = "`gravical inspect` shows what each pose reads";
 
-gravical_recording::errors! {
+gravical_judge::errors! {
     "no-recordings" input:
         NoRecording => "there is no recording";
         NoneInFolder { endings: &'static [&'static str] } => "there is no recording in this folder"
@@ -78,15 +75,6 @@ gravical_recording::errors! {
         FitsDiffer { files: [String; 2], scale_percent: f64, bias_mps2: f64 } =>
             "{} and {} are of different sensors: fitted alone, their scales are {scale_percent:.1} % and their biases {:.0} mg apart, more than one sensor changes",
             files[0], files[1], milli_g(bias_mps2) => "calibrate the recordings of each sensor alone";
-        NotOfSensor { named: String, given: String } => "the recording is of the sensor {named}, not of {given}"
-            => "leave the sensor out, or name the file of the calibration";
-    "sensor-id-missing" usage:
-        SensorUnnamed { there: Vec<String> } => "the recording names no sensor, and the calibrations in the folder may be of several{}", there_is(&there)
-            => "name the sensor, or the file of its calibration";
-    "no-calibration" input:
-        NoneFits { sensor: Option<String>, scale: Option<AccelScale>, recorded: Option<UtcTime>, there: Vec<String> } => "no calibration{} is in this folder{}",
-            if there.is_empty() { String::new() } else { wanted(sensor, scale, recorded) }, there_is(&there)
-            => "calibrate the sensor at this setting with -o in this folder, or name a file";
     "never-static" input:
         FewRows { rows: usize } => "{rows} rows: no recording of poses, and no table of means";
         NeverAtRest { why: Restless } => "never at rest: {why}";
@@ -170,26 +158,4 @@ fn source(origin: Origin) -> &'static str {
         Origin::Header => "according to its header",
         Origin::Assumed => "assumed",
     }
-}
-
-/// What a calibration has to be for, as far as known.
-fn wanted(sensor: Option<String>, scale: Option<AccelScale>, recorded: Option<UtcTime>) -> String {
-    let of = sensor.map(|id| format!(" of the sensor {id}"));
-    let unit = scale.map(|scale| match scale.lsb_per_g {
-        Some(lsb) => format!(" in {}, {lsb:.0} per g,", scale.unit),
-        None => format!(" in {}", scale.unit),
-    });
-    let before = recorded.map(|time| format!(" from before {}", time.minute()));
-    [of, unit, before].into_iter().flatten().collect()
-}
-
-/// `; there is: FILE: SENSOR, UNIT, TIME; …`
-fn there_is(all: &[String]) -> String {
-    if all.is_empty() {
-        return String::new();
-    }
-    let more = all.len().saturating_sub(MAX_LISTED);
-    let mut lines = all[..all.len() - more].to_vec();
-    lines.extend((more > 0).then(|| format!("and {more} more")));
-    format!("; there is: {}", lines.join("; "))
 }

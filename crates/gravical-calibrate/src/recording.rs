@@ -25,23 +25,26 @@
 
 use std::path::Path;
 
-use crate::escape::path_word;
+use gravical_judge::escape::path_word;
+
 use crate::finding::Case;
 use crate::problem::Problem;
 use crate::{Error, Result};
 
 pub use crate::finding::{Finding, LineSpans, Severity};
+pub use gravical_judge::{ColumnsSpec, Meter, Progress, ReadOptions};
+#[doc(hidden)]
+pub use gravical_judge::{full_scale, units};
 #[doc(hidden)]
 pub use gravical_recording::{
-    BoardSettings, Follow, Form, LineKind, bytes, full_scale, holds_gyroscope_alone,
-    is_named_gyroscope, max_bytes, source, units,
+    BoardSettings, Follow, Form, LineKind, bytes, holds_gyroscope_alone, is_named_gyroscope,
+    max_bytes, source,
 };
 pub use gravical_recording::{
-    Clock, ColumnsSpec, JoinedFile, Labels, Ledger, Meter, Progress, ReadOptions, Reason,
-    Recording, TableColumn, TimeUnit, join_gyroscope, read, read_bytes, read_head, read_joined,
-    read_named, read_samples,
+    Clock, JoinedFile, Labels, Ledger, Reason, Recording, TableColumn, join_gyroscope, read,
+    read_bytes, read_head, read_joined, read_named, read_samples,
 };
-pub use units::{AccelScale, AccelUnit, GyroScale, GyroUnit, Origin, Units};
+pub use units::{AccelScale, AccelUnit, GyroScale, GyroUnit, Origin, TimeUnit, Units};
 
 /// Size of one m/s² in the numbers of the accelerometer.
 ///
@@ -63,7 +66,8 @@ pub fn nominal_accel(recording: &Recording) -> Result<f64> {
 /// # Errors
 ///
 /// `sensors-differ` where they name several.
-pub(crate) fn common_serial(recordings: &[Recording]) -> Result<Option<String>> {
+#[doc(hidden)]
+pub fn common_serial(recordings: &[Recording]) -> Result<Option<String>> {
     let named = recordings.iter().map(|r| (&r.name, r.format.serial()));
     let mut named = named.filter_map(|(name, serial)| Some((name, serial?)));
     let Some((one, serial)) = named.next() else {

@@ -4,20 +4,11 @@ use std::borrow::Cow;
 
 use gravical_core::calibration::{GyroscopeCalibration, LinearCalibration};
 use gravical_core::matrix3;
-use gravical_core::unit::STANDARD_GRAVITY_MPS2;
-use gravical_signal::{Interpolated, Samples, interpolate_outliers};
+use gravical_signal::{Interpolated, Samples};
 
 use crate::axes::AxisMap;
 use crate::calibration_file::TemperatureModel;
 use crate::recording::Recording;
-use crate::recording::full_scale::FULL_SCALES_DEG_S;
-
-/// Full scales of accelerometers, g.
-const FULL_SCALES_G: [f64; 5] = [2.0, 4.0, 8.0, 16.0, 32.0];
-/// End of the range of 16-bit counts.
-const MAX_COUNT: f64 = 32767.0;
-/// Lower spikes may be motion: five times the noise of a hand at rest, m/s² and rad/s.
-const MIN_SPIKE: [f64; 2] = [5.0, 5.0];
 
 /// Columns of a sensor, along its own axes.
 #[derive(Debug, Clone)]
@@ -30,38 +21,7 @@ pub struct Columns<'a> {
     pub interpolated: Vec<Interpolated>,
 }
 
-impl<'a> Columns<'a> {
-    /// The accelerometer, with what is clipped or spiked interpolated ([`interpolate_outliers`]).
-    pub fn of_accelerometer(time_s: &[f64], read: &'a [Vec<f64>; 3], per_mps2: f64) -> Self {
-        let full_scales = FULL_SCALES_G.map(|g| g * STANDARD_GRAVITY_MPS2);
-        Self::interpolated(time_s, read, per_mps2, &full_scales, MIN_SPIKE[0])
-    }
-
-    /// The same of the gyroscope.
-    pub fn of_gyroscope(time_s: &[f64], read: &'a [Vec<f64>; 3], per_rad_s: f64) -> Self {
-        let full_scales = FULL_SCALES_DEG_S.map(f64::to_radians);
-        Self::interpolated(time_s, read, per_rad_s, &full_scales, MIN_SPIKE[1])
-    }
-
-    fn interpolated(
-        time_s: &[f64],
-        read: &'a [Vec<f64>; 3],
-        per_si: f64,
-        full_scales: &[f64],
-        min_spike: f64,
-    ) -> Self {
-        let ranges = full_scales.iter().map(|end| end * per_si);
-        let ranges: Vec<f64> = ranges.chain([MAX_COUNT]).collect();
-        let read = read.each_ref().map(Vec::as_slice);
-        let (values, interpolated) =
-            interpolate_outliers(time_s, read, &ranges, min_spike * per_si);
-        Columns {
-            values,
-            per_si,
-            interpolated,
-        }
-    }
-
+impl Columns<'_> {
     fn row(&self, row: usize) -> [f64; 3] {
         self.values.each_ref().map(|c| c[row])
     }

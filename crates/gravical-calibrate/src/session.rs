@@ -6,17 +6,16 @@ use std::path::{Path, PathBuf};
 use serde::Deserialize;
 
 use crate::calibrate::CalibrateOptions;
-use crate::calibration_file::Calibration;
 use crate::finding::{Case, Finding, after};
 use crate::poses::sections::read_sections;
 use crate::problem::Problem;
 use crate::recording::{
     ReadOptions, Recording, holds_gyroscope_alone, is_named_gyroscope, join_gyroscope, read,
-    read_head, read_named, source,
+    read_named,
 };
 use crate::{Error, Result};
 use gravical_recording::output::ends_in;
-use gravical_recording::source::Named;
+use gravical_recording::source::{ENDINGS, Named, entries};
 
 /// Files that a calibration takes beside the recordings.
 #[derive(Debug, Clone, Default, Deserialize)]
@@ -62,9 +61,6 @@ impl SessionFiles {
     }
 }
 
-/// Endings of files in a folder that may be recordings.
-pub const ENDINGS: [&str; 7] = ["csv", "txt", "tsv", "log", "dat", "gz", "cwa"];
-
 /// Files of a folder that may be recordings, in the order of their names.
 ///
 /// # Errors
@@ -85,61 +81,9 @@ fn listed(folder: &Path) -> Result<Vec<PathBuf>> {
     Ok(paths)
 }
 
-/// What is in a folder, in the order of the names.
-///
-/// # Errors
-///
-/// What the file system says.
-#[doc(hidden)]
-pub fn entries(folder: &Path) -> Result<Vec<PathBuf>> {
-    let entries = std::fs::read_dir(folder).map_err(|e| Error::io(folder, e))?;
-    let mut paths: Vec<PathBuf> = entries.filter_map(|e| e.ok().map(|e| e.path())).collect();
-    paths.sort();
-    Ok(paths)
-}
-
 /// True for a name with the ending of a recording.
 pub fn may_be_recording(path: &Path) -> bool {
     ENDINGS.into_iter().any(|ending| ends_in(path, ending))
-}
-
-/// Name of a session: that of a recording without its endings (`x.csv.gz` has two), all of a folder's.
-#[doc(hidden)]
-pub fn session_name(path: &Path) -> String {
-    let name = path
-        .file_name()
-        .map_or("session".into(), |n| n.to_string_lossy());
-    let mut stem: &str = &name;
-    for _ in 0..2 {
-        let (front, ending) = stem.rsplit_once('.').unwrap_or((stem, ""));
-        let is_known = ENDINGS.iter().any(|e| ending.eq_ignore_ascii_case(e));
-        if is_known && !front.is_empty() && !path.is_dir() {
-            stem = front;
-        }
-    }
-    stem.to_owned()
-}
-
-/// Columns that begin the summary of many sessions.
-pub const SUMMARY_COLUMNS: [&str; 6] = ["path", "grade", "reason", "error_code", "hint", "result"];
-
-/// True for a calibration, and for a table that holds results by its column names: of `apply`, of
-/// `motion`, or the summary of many sessions. What `convert` and `denoise` write is a recording.
-#[doc(hidden)]
-pub fn is_result_file(path: &Path) -> bool {
-    read_head(path, &ReadOptions::default()).is_ok_and(|head| head.format.is_result())
-        || is_summary(path)
-        || Calibration::read(path).is_ok()
-}
-
-/// True for the summary of many sessions.
-#[doc(hidden)]
-pub fn is_summary(path: &Path) -> bool {
-    let columns = SUMMARY_COLUMNS.join(",");
-    let mut head = vec![0; columns.len()];
-    let read = source::open(path, &ReadOptions::default())
-        .map(|mut input| input.reader.read_exact(&mut head));
-    matches!(read, Ok(Ok(()))) && head == columns.as_bytes()
 }
 
 /// The error of a folder without a recording, with the first that was left out.

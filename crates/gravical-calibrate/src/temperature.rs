@@ -36,6 +36,7 @@
 //! ```
 
 mod rests;
+use gravical_judge::numfmt::milli_g;
 use rests::RestBlock;
 #[cfg(test)]
 mod tests;
@@ -52,7 +53,6 @@ use crate::calibration_file::{
 #[doc(hidden)]
 pub use crate::finding::NoTemperature;
 use crate::finding::{Case, Finding};
-use crate::numfmt::milli_g;
 use crate::poses::rests::MANY_POSES;
 use crate::poses::{Pose, Segmentation, check_units};
 use crate::problem::Problem;

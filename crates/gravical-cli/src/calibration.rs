@@ -2,7 +2,8 @@
 
 use std::path::{Path, PathBuf};
 
-use gravical::calibration_file::{Calibration, InputFile, find_calibration, json_files};
+use gravical::calibration_file::{Calibration, InputFile};
+use gravical::calibration_folder::{find_calibration, json_files};
 use gravical::escape::one_line;
 use gravical::recording::{ReadOptions, Recording, read_head};
 use gravical::session::{files_in, is_something_else};

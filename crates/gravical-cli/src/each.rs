@@ -17,10 +17,9 @@ use gravical::live::folder::is_session;
 use gravical::numfmt::count;
 use gravical::output::{make_folder, write_atomic};
 use gravical::recording::max_bytes;
-use gravical::session::{
-    ENDINGS, SUMMARY_COLUMNS, entries, is_summary, may_be_recording, session_name,
-};
-use gravical::targets::{check_targets, place, same_target};
+use gravical::recording::source::{ENDINGS, entries};
+use gravical::session::{may_be_recording, session_name};
+use gravical::targets::{SUMMARY_COLUMNS, check_targets, is_summary, place, same_target};
 use gravical::{Error, Result};
 use gravical_report::figure;
 use gravical_report::figure::sessions::Session;

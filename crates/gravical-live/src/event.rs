@@ -7,7 +7,7 @@ use serde::{Deserialize, Serialize};
 use gravical_calibrate::calibration_file::Grade;
 use gravical_calibrate::gravity::Gravity;
 use gravical_calibrate::recording::{AccelUnit, GyroUnit};
-use gravical_recording::Result;
+use gravical_judge::Result;
 
 use crate::problem::Problem;
 use crate::words::{face_of, sentence};

@@ -14,8 +14,8 @@ use gravical_calibrate::gravity::Gravity;
 use gravical_calibrate::poses::sections::Section;
 use gravical_calibrate::recording::source::Named;
 use gravical_calibrate::recording::{ReadOptions, Recording, read, read_named};
-use gravical_calibrate::stats::moments;
-use gravical_recording::Result;
+use gravical_judge::Result;
+use gravical_signal::stats::moments;
 
 use crate::event::{Event, Message, Pose, SourceKind};
 use crate::problem::Problem;

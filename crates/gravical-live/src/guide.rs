@@ -1,8 +1,8 @@
 //! A session and the words around it: what a host of it has to keep and to show.
 
 use gravical_calibrate::calibration_file::Calibration;
-use gravical_calibrate::numfmt::count;
-use gravical_recording::Result;
+use gravical_judge::Result;
+use gravical_judge::numfmt::count;
 
 use crate::event::{Command, EndReason, Event, Loss, Message, SourceKind};
 use crate::folder::Journal;

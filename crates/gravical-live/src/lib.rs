@@ -24,7 +24,7 @@
 //! # Example
 //!
 //! ```
-//! # mod gravical { pub use gravical_live as live; pub use gravical_recording::Error; }
+//! # mod gravical { pub use gravical_live as live; pub use gravical_judge::Error; }
 //! use gravical::live::{Event, LiveOptions, Session};
 //!
 //! let mut session = Session::new("desk.csv", LiveOptions::default());

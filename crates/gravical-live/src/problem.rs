@@ -1,6 +1,6 @@
 //! What is refused of a session and of a recording, and its sentences.
 
-gravical_recording::errors! {
+gravical_judge::errors! {
     "already-calibrated" input:
         AlreadyCalibrated => "the board sends calibrated values, as the line with its settings says: a calibration needs raw ones" =>
             "let the sketch send raw values";

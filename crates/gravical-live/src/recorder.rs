@@ -14,13 +14,12 @@ mod settings;
 
 use std::collections::VecDeque;
 
-use gravical_recording::escape::shown;
-use gravical_recording::{
-    BoardSettings, ColumnsSpec, Error, Follow, Form, LineKind, ReadOptions, Result,
-};
+use gravical_judge::escape::shown;
+use gravical_judge::{ColumnsSpec, Error, GAP_PERIODS, ReadOptions, Result};
+use gravical_recording::{BoardSettings, Follow, Form, LineKind};
 
 use crate::problem::Problem;
-use gaps::{Cause, GAP_STEPS, Gaps};
+use gaps::{Cause, Gaps};
 use lines::{Line, OtherHeader, Prefixes, Splitter};
 
 pub use event::{Counts, End, Event, Status};
@@ -563,7 +562,7 @@ impl Recorder {
 
     /// Nothing for this time is a silence, s.
     fn silence_s(&self) -> f64 {
-        SILENCE_S.max(GAP_STEPS / self.rate_hz().unwrap_or(1.0))
+        SILENCE_S.max(GAP_PERIODS / self.rate_hz().unwrap_or(1.0))
     }
 
     /// A board that has sent rows is silent: some may be missing.

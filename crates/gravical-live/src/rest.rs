@@ -8,8 +8,8 @@ use std::collections::VecDeque;
 use std::ops::Range;
 
 use gravical_core::matrix3::{norm, sub};
+use gravical_judge::full_scale::clipped_count;
 use gravical_recording::Sample;
-use gravical_recording::full_scale::clipped_count;
 use gravical_signal::{
     BLOCK_S, Block, MAX_VARIANCE, RestTolerance, block_len, flips, is_quiet, quiet_level,
     quiet_limit,

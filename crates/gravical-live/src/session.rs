@@ -9,13 +9,13 @@ use gravical_recording::Sample;
 use gravical_calibrate::calibrate::{CalibrateOptions, calibrate};
 use gravical_calibrate::calibration_file::{Calibration, Grade, GravitySource};
 use gravical_calibrate::gravity::Gravity;
-use gravical_calibrate::numfmt::{self, count, milli_g};
 use gravical_calibrate::poses::face::{Face, angle_deg, in_words};
 use gravical_calibrate::poses::{MAX_FACE_ANGLE_DEG, SegmentOptions};
 use gravical_calibrate::recording::units::{AccelUnit, GyroScale};
 use gravical_calibrate::recording::{Follow, Recording};
-use gravical_calibrate::stats::mean_of_finite;
-use gravical_recording::Result;
+use gravical_judge::Result;
+use gravical_judge::numfmt::{self, count, milli_g};
+use gravical_signal::stats::mean_of_finite;
 
 use crate::event::{Command, Event, Loss, Message, Pose, Rejection, State, Status, Tile, Wanted};
 use crate::folder::{Journal, section};

@@ -3,11 +3,11 @@
 
 use gravical_calibrate::calibration_file::Calibration;
 use gravical_calibrate::gravity::Gravity;
-use gravical_calibrate::numfmt::milli_g;
 use gravical_calibrate::poses::face::Face;
 use gravical_core::matrix3::{add, mul_vec, norm};
 use gravical_fit::model::sphere;
-use gravical_recording::Result;
+use gravical_judge::Result;
+use gravical_judge::numfmt::milli_g;
 use gravical_sim::{InteractiveSensor, LineOptions, Reading, SimulateOptions};
 
 use crate::event::{Command, Event};

@@ -5,6 +5,7 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Arc, Mutex};
 
 use flate2::bufread::GzDecoder;
+use gravical_judge::tap;
 use sha2::{Digest, Sha256};
 
 use crate::hash::hex;
@@ -141,27 +142,6 @@ impl<R: BufRead> Read for Members<R> {
             }
         }
         Ok(0)
-    }
-}
-
-/// Shows the bytes that are read to a function, which may end the reading.
-pub(crate) fn tap(
-    inner: Box<dyn Read + Send>,
-    see: impl FnMut(&[u8]) -> io::Result<()> + Send + 'static,
-) -> Box<dyn Read + Send> {
-    Box::new(Tap { inner, see })
-}
-
-struct Tap<F> {
-    inner: Box<dyn Read + Send>,
-    see: F,
-}
-
-impl<F: FnMut(&[u8]) -> io::Result<()>> Read for Tap<F> {
-    fn read(&mut self, buffer: &mut [u8]) -> io::Result<usize> {
-        let n = self.inner.read(buffer)?;
-        (self.see)(&buffer[..n])?;
-        Ok(n)
     }
 }
 

@@ -1,6 +1,6 @@
 //! Dates and times of day.
 
-use crate::units::is_listed;
+use gravical_judge::units::is_listed;
 
 /// Seconds since 1970, or since midnight for a time of day (`mm:ss.f` counts from the hour); a date
 /// alone is its midnight.

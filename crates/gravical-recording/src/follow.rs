@@ -2,15 +2,12 @@
 
 use std::path::Path;
 
+use gravical_judge::{self as judge, Error, ReadOptions, Result, Role};
 use memchr::{memchr, memchr2, memrchr, memrchr2};
 
-use crate::error::{Error, Result};
-use crate::judge;
 use crate::memory::Budget;
-use crate::options::ReadOptions;
 use crate::problem::Problem;
 use crate::recording::Recording;
-use crate::role::Role;
 use crate::text::{Format, Heading, Parser, Reason, Rows, sniff};
 
 /// The format is looked for each time that so many lines more are there.

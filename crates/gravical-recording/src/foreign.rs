@@ -3,8 +3,9 @@
 
 use std::path::Path;
 
-use crate::error::Result;
-use crate::escape::path_word;
+use gravical_judge::Result;
+use gravical_judge::escape::path_word;
+
 use crate::problem::Problem;
 
 /// Files of other tools by their first bytes.

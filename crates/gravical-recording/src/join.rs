@@ -11,22 +11,18 @@
 
 use std::path::Path;
 
+use gravical_judge::finding::Case;
+use gravical_judge::{Finding, GAP_PERIODS, LineSpans, ReadOptions, Result};
+
 use crate::bytes::Input;
-use crate::error::Result;
-use crate::finding::{Case, Finding};
-use crate::options::ReadOptions;
 use crate::problem::Problem;
 use crate::read::{open_head, read_gyroscope};
 use crate::recording::{JoinedFile, Recording};
 use crate::source::{Named, open, stem};
-use crate::spans::LineSpans;
 
 /// Stamps that differ by less than this share of the gyroscope's period are equal: within it the
 /// change of the rate is far below its noise.
 const SAME_STAMP: f64 = 0.02;
-
-/// Largest number of periods between stamps for interpolation; more is a gap for the reader too.
-const GAP_PERIODS: f64 = 4.5;
 
 /// Reads the recording at `path` by `read`, with the gyroscope of a second file, if there is one.
 ///

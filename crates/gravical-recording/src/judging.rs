@@ -1,21 +1,19 @@
 //! From the rows of a file to a recording.
 
-mod cells;
+pub(crate) mod cells;
 pub(crate) mod clean;
 pub(crate) mod findings;
 mod time;
 
-use crate::error::Error;
-use crate::finding::Finding;
-use crate::full_scale::Clipping;
-use crate::judge::{self, AccelClaim, Encoding};
 use crate::metadata;
 use crate::problem::Problem;
 use crate::recording::Recording;
 use crate::text::{Format, Rows};
-use crate::units::{AccelUnit, GyroScale, GyroUnit, Origin};
 
 use clean::{clean, names};
+use gravical_judge::full_scale::Clipping;
+use gravical_judge::units::{AccelUnit, GyroScale, GyroUnit, Origin};
+use gravical_judge::{self as judge, AccelClaim, Encoding, Error, Finding, Jump};
 
 impl Recording {
     /// Judges the rows of a whole file.
@@ -67,9 +65,20 @@ impl Recording {
         }
         if !options.is_gyroscope {
             self.findings.extend(of_unit);
-            if options.accel_unit.is_none() {
-                let gyro = self.gyro.as_ref();
-                judge::refuse_jump(&self.accel, gyro, &self.lines, format.head_lines)?;
+            if options.accel_unit.is_none()
+                && let Some(Jump {
+                    norms,
+                    row,
+                    is_of_unit,
+                }) = judge::find_jump(&self.accel, self.gyro.as_ref())
+            {
+                let (line, head) = (self.lines[row] as usize, format.head_lines);
+                let problem = if is_of_unit {
+                    Problem::UnitChanged { norms, line, head }
+                } else {
+                    Problem::ShiftedColumns { norms, line, head }
+                };
+                return Err(problem.error().at_line(line));
             }
         }
         Ok(())

@@ -9,7 +9,7 @@
 //! 2. [`sniff`]: the head of a file to its [`Format`]: dialect, roles of the columns, claims.
 //! 3. [`Format::parse`]: lines to [`Rows`]: columns in the unit of the file. `cwa` does both for a
 //!    file of Axivity.
-//! 4. [`judge`]: functions over slices: clock, unit, encodings, defects, breaks.
+//! 4. [`gravical_judge`]: functions over slices: clock, unit, encodings, defects, breaks.
 //! 5. [`Recording`]: the rows, and what was judged of them.
 //! 6. [`Stream`]: a recording judged by its head, with the text of its other columns, for
 //!    [`write`](mod@write): rows to a table.
@@ -30,63 +30,41 @@
 //! ```
 #![deny(missing_docs)]
 
-mod advice;
 mod board;
 pub mod bytes;
 mod cwa;
 mod date;
 pub mod encoding;
-mod error;
-pub mod escape;
-#[doc(hidden)]
-pub mod finding;
 mod follow;
 mod foreign;
-pub mod full_scale;
 #[doc(hidden)]
 pub mod hash;
 mod join;
-pub mod judge;
 mod judging;
 mod memory;
 mod metadata;
-mod meter;
-#[doc(hidden)]
-pub mod option_text;
-mod options;
 #[doc(hidden)]
 pub mod output;
 mod problem;
 mod read;
 mod recording;
-mod role;
 pub mod source;
-mod spans;
 mod stream;
 mod table;
 mod text;
-pub mod units;
-pub mod utc;
 pub mod write;
 
-pub use advice::Advice;
 pub use board::BoardSettings;
-pub use error::{Category, Error, Location, Result};
-pub use finding::{Finding, Severity};
 pub use follow::{Follow, Form, LineKind, Sample};
-pub use full_scale::range_end;
+pub use gravical_judge::units::{AccelUnit, GyroUnit, Origin, TimeUnit};
+pub use gravical_judge::{Error, Finding, ReadOptions, Result};
 pub use join::{holds_gyroscope_alone, is_named_gyroscope, join_gyroscope, read_joined};
 #[doc(hidden)]
 pub use memory::max_bytes;
-pub use meter::{Meter, Progress};
-pub use options::{ColumnsSpec, ReadOptions};
 pub use read::{read, read_bytes, read_head, read_named, read_samples};
 pub use recording::{Clock, JoinedFile, Labels, ReadAs, Recording};
-pub use role::Role;
-pub use spans::{LineSpans, format_spans};
 pub use stream::{Piece, Stream};
 pub use table::TableColumn;
 pub use text::{
     AsideLines, CALIBRATED, Column, CopiedText, Format, Ledger, Reason, Rows, is_prose, sniff,
 };
-pub use units::{AccelScale, AccelUnit, GyroScale, GyroUnit, Origin, TimeUnit, Units};

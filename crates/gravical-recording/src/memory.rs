@@ -1,9 +1,8 @@
 //! How much of the machine's memory a recording may take.
 
+use gravical_judge::{ReadOptions, Result};
 use sysinfo::{MemoryRefreshKind, RefreshKind, System};
 
-use crate::error::Result;
-use crate::options::ReadOptions;
 use crate::problem::Problem;
 use crate::text::Format;
 

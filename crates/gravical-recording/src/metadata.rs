@@ -1,7 +1,8 @@
 //! Metadata above the header: sampling rate, range, serial number, start.
 
+use gravical_judge::units::{POSSIBLE, is_listed};
+
 use crate::date::parse_date;
-use crate::units::{POSSIBLE, is_listed};
 
 /// Words and numbers of a line.
 fn words(line: &str) -> Vec<&str> {

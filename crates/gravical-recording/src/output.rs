@@ -8,9 +8,9 @@ use std::sync::{Mutex, MutexGuard, PoisonError};
 
 use flate2::Compression;
 use flate2::write::GzEncoder;
+use gravical_judge::{Error, Result};
 use tempfile::NamedTempFile;
 
-use crate::error::{Error, Result};
 use crate::problem::Problem;
 
 /// Name and version of the program, as results state it.

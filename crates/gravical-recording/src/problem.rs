@@ -1,13 +1,13 @@
 //! What is refused in reading and writing, and its sentences.
 
-use crate::error::Error;
-use crate::finding::Misfit;
+use gravical_judge::Error;
+use gravical_judge::finding::Misfit;
 
 /// Names of columns that a hint lists.
 const MAX_LISTED: usize = 16;
 const A_RECORDING: &str = "a recording is a table of text: one sample a line, x, y and z of an accelerometer at least, separated by comma, semicolon, tab or spaces";
 
-crate::errors! {
+gravical_judge::errors! {
     "empty-file" input:
         EmptyFile => "the file is empty, or holds nothing but blanks and NUL bytes" => "record again: nothing was written to this file";
     "is-a-directory" input:
@@ -65,11 +65,6 @@ crate::errors! {
     "columns-missing" usage:
         TooManyNamed { named: usize, columns: usize } => "{named} columns are named, the file has {columns}" => "leave the last ones out";
         NoColumn { name: String, names: Vec<String> } => "there is no column \"{name}\"" => "{}", list_columns(&names);
-    "columns-syntax" usage:
-        NoChannel { name: String } => "there is no channel \"{name}\"" =>
-            "channels are t, dt, ax, ay, az, gx, gy, gz, temp and label; _ leaves a column to recognition, - skips it";
-        NoEqualsSign { pair: String } => "\"{pair}\" has no =";
-        NamedTwice { channel: String } => "{channel} is named twice";
     "header-differs" input:
         OtherHeader { line: usize } => "the header in line {line} has other columns, or another delimiter, than the first" => "{}", cut(0, line);
         OtherSettings { line: usize } => "the header in line {line} follows a line of the board with another range or format" => "{}", cut(0, line);
@@ -106,8 +101,6 @@ crate::errors! {
         GyroOverlap { name: String, spans_s: [[f64; 2]; 2] } =>
             "the two files have no time in common: {name} runs from {:.3} to {:.3} s, this one from {:.3} to {:.3} s", spans_s[0][0], spans_s[0][1], spans_s[1][0], spans_s[1][1] =>
             "give the two files of one recording, stamped by one clock, or the time unit of both";
-    "date-syntax" usage:
-        NoDate { text: String } => "\"{text}\" is not a date" => "write 2026-03-09 or 2026-03-09T10:15:00Z; without a zone it is UTC";
     "stdout-target" usage:
         FileToStdout => "a file is written here, which standard output is not" => "name a file, or have the result printed";
         FolderToStdout => "several files are written into a folder, which standard output is not" => "name a folder (one that is called - is ./-)";

@@ -3,14 +3,14 @@
 use std::io::{Cursor, Read};
 use std::path::Path;
 
+use gravical_judge::finding::Case;
+use gravical_judge::{Error, ReadOptions, Result};
+
 use crate::bytes::{self, Input, peek};
 use crate::cwa::{self, Samples};
 use crate::encoding;
-use crate::error::{Error, Result};
-use crate::finding::Case;
 use crate::foreign;
 use crate::memory::Budget;
-use crate::options::ReadOptions;
 use crate::recording::{HEAD_BYTES, Recording, whole_lines, without_cut_line};
 use crate::source::{Named, open};
 use crate::text::{Format, sniff};

@@ -2,15 +2,13 @@
 
 use std::ops::Range;
 
+use gravical_judge::units::{TimeUnit, Units};
+use gravical_judge::utc::UtcTime;
+use gravical_judge::{Encoding, Finding, Result};
 use serde::Serialize;
 
-use crate::error::Result;
-use crate::finding::Finding;
-use crate::judge::Encoding;
 use crate::problem::Problem;
 use crate::text::{Format, Ledger};
-use crate::units::{TimeUnit, Units};
-use crate::utc::UtcTime;
 
 /// Bytes of the text that decide on the format.
 pub(crate) const HEAD_BYTES: usize = 262_144;
@@ -167,6 +165,11 @@ impl Recording {
         self.lines
             .get(row)
             .map_or(row as u64 + 1, |line| u64::from(*line))
+    }
+
+    /// The lines of the first and the last of some rows.
+    pub fn lines_of(&self, rows: &Range<usize>) -> [u64; 2] {
+        [rows.start, rows.end - 1].map(|row| self.line(row))
     }
 
     /// The rows in these lines, the first and the last.

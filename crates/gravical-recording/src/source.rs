@@ -2,12 +2,15 @@
 
 use std::fs::File;
 use std::io::{self, Read};
-use std::path::Path;
+use std::path::{Path, PathBuf};
+
+use gravical_judge::{Error, ReadOptions, Result};
 
 use crate::bytes::{Input, from_reader};
-use crate::error::{Error, Result};
-use crate::options::ReadOptions;
 use crate::problem::Problem;
+
+/// Endings of files that may be recordings.
+pub const ENDINGS: [&str; 7] = ["csv", "txt", "tsv", "log", "dat", "gz", "cwa"];
 
 /// Name of a file without folder and endings (`.csv.gz` is two).
 pub fn stem(name: &str) -> String {
@@ -15,10 +18,28 @@ pub fn stem(name: &str) -> String {
         .file_name()
         .map_or_else(|| name.into(), |f| f.to_string_lossy());
     let mut stem = file.as_ref();
-    for ending in [".gz", ".csv", ".txt", ".tsv", ".log", ".dat", ".cwa"] {
-        stem = stem.strip_suffix(ending).unwrap_or(stem);
+    for _ in 0..2 {
+        let (front, ending) = stem.rsplit_once('.').unwrap_or(("", ""));
+        let is_known = ENDINGS.iter().any(|e| ending.eq_ignore_ascii_case(e));
+        stem = if is_known && !front.is_empty() {
+            front
+        } else {
+            stem
+        };
     }
     stem.to_owned()
+}
+
+/// What is in a folder, in the order of the names.
+///
+/// # Errors
+///
+/// What the file system says.
+pub fn entries(folder: &Path) -> Result<Vec<PathBuf>> {
+    let entries = std::fs::read_dir(folder).map_err(|e| Error::io(folder, e))?;
+    let mut paths: Vec<PathBuf> = entries.filter_map(|e| e.ok().map(|e| e.path())).collect();
+    paths.sort();
+    Ok(paths)
 }
 
 /// A path in messages.

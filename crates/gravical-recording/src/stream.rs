@@ -4,16 +4,16 @@ use std::collections::VecDeque;
 use std::io::Read;
 use std::path::Path;
 
+use gravical_judge::units::POSSIBLE_C;
+use gravical_judge::{self as judge, Error, LineSpans, ReadOptions, Result};
+
 use crate::bytes::Input;
-use crate::error::{Error, Result};
-use crate::judge::{self, POSSIBLE_C};
+use crate::judging::cells::has_sparse_rows;
 use crate::judging::clean::{add_gravity, cell_label, decode, to_celsius};
 use crate::judging::findings::of_lines;
 use crate::memory::Budget;
-use crate::options::ReadOptions;
 use crate::read::{Source, attach_metadata, open_source};
 use crate::recording::Recording;
-use crate::spans::LineSpans;
 use crate::text::{CopiedText, Format, Ledger, LineBlocks, Parser, Reason, Rows};
 
 /// Consecutive rows of a recording.
@@ -133,7 +133,7 @@ impl Stream {
                 None => rest = None,
             }
             // A value that holds may hold in rows behind the head.
-            if rows.rows() >= wanted && judge::is_sparse(&rows.slices(&format.channels())) {
+            if rows.rows() >= wanted && has_sparse_rows(&rows.slices(&format.channels())) {
                 wanted = Self::WHOLE;
             }
         }

@@ -2,8 +2,8 @@
 
 use std::path::Path;
 
-use crate::error::{Error, Result};
-use crate::options::ReadOptions;
+use gravical_judge::{Error, ReadOptions, Result};
+
 use crate::problem::Problem;
 use crate::recording::Recording;
 use crate::text::{Format, Rows};

@@ -10,7 +10,8 @@ pub use fixed::{write_fixed, write_trimmed};
 
 use std::io::{self, Write};
 
-use crate::role::Role;
+use gravical_judge::Role;
+
 use crate::text::{CopiedText, Format};
 
 /// Bytes that are collected before they are written.

@@ -11,6 +11,8 @@
 //! 3. [`blocks`]: means and variances of short blocks.
 //! 4. [`detect_rests`]: where the sensor lay still, or moved by no more than a [`RestTolerance`].
 //! 5. [`allan_variances`], [`fit_noise`]: how much its noise is, and of which kind.
+//!
+//! Below these are [`stats`], and [`rounding`]: what steps of a converter do to noise and means.
 #![deny(missing_docs)]
 
 mod blocks;
@@ -21,7 +23,9 @@ mod partition;
 mod quantile;
 mod quiet;
 mod rests;
+pub mod rounding;
 mod samples;
+pub mod stats;
 mod steady;
 
 pub use blocks::{Block, block_len, blocks};

@@ -9,7 +9,7 @@ use crate::scenario::{Draws, Plan, Z_UP, attitude_of};
 use crate::sensor::{Part, Reading};
 use crate::truth::Truth;
 use gravical_fit::Face;
-use gravical_recording::Result;
+use gravical_judge::Result;
 
 /// Pause of the hand between two commands given at once, s.
 const PAUSE_S: f64 = 2.0;
@@ -22,7 +22,7 @@ const PAUSE_S: f64 = 2.0;
 /// noise and the hand are those of [`simulate`](crate::simulate) with the same seed.
 ///
 /// ```
-/// # mod gravical { pub use gravical_recording::Error; pub use gravical_sim as simulate; pub mod poses { pub mod face { pub use gravical_fit::Face; } } }
+/// # mod gravical { pub use gravical_judge::Error; pub use gravical_sim as simulate; pub mod poses { pub mod face { pub use gravical_fit::Face; } } }
 /// use gravical::poses::face::Face;
 /// use gravical::simulate::{InteractiveSensor, SimulateOptions};
 ///

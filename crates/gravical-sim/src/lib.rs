@@ -17,7 +17,7 @@
 //! # Example
 //!
 //! ```
-//! # mod gravical { pub use gravical_recording::Error; pub use gravical_sim as simulate; }
+//! # mod gravical { pub use gravical_judge::Error; pub use gravical_sim as simulate; }
 //! use gravical::simulate::{LineOptions, Scenario, SimulateOptions, simulate};
 //!
 //! let mut options = SimulateOptions::new(Scenario::Line(LineOptions::default()));

@@ -3,7 +3,7 @@
 use serde::{Deserialize, Serialize};
 
 use crate::problem::Problem;
-use gravical_recording::Result;
+use gravical_judge::Result;
 
 /// Displacement of a line along x, m.
 pub(crate) const LINE_OFFSET_M: f64 = 0.02;

@@ -2,7 +2,7 @@
 
 const HELP: &str = "`gravical simulate --help` explains the options";
 
-gravical_recording::errors! {
+gravical_judge::errors! {
     "simulate-option" usage:
         OutOfRange { name: &'static str, value: f64, unit: &'static str, low: f64, high: f64 } =>
             "{name} is {value} {unit}; it has to be between {low} and {high}" => "{HELP}";

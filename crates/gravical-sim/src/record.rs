@@ -16,8 +16,8 @@ use crate::sensor::{
     ACCEL_NOISE_MPS_RTS, GYRO_NOISE_DEG_RTS, LOW_PASS_HZ, Part, Reading, temperature_counts,
 };
 use crate::truth::{FileTruth, Truth};
+use gravical_judge::{Error, Result};
 use gravical_recording::output::{check_target, make_folder, write_atomic, write_text};
-use gravical_recording::{Error, Result};
 
 /// The lowest rate of the internal simulation of the sensor, Hz.
 pub(crate) const INSIDE_HZ: f64 = 1000.0;

@@ -20,7 +20,7 @@ fn options_out_of_range_are_reported() {
     let mut options = SimulateOptions::new(still_for(10.0));
     options.rate_hz = f64::NAN;
     let error = simulate(&options).unwrap_err();
-    assert_eq!(error.category(), gravical_recording::Category::Usage);
+    assert_eq!(error.category(), gravical_judge::Category::Usage);
     assert!(error.message().contains("rate"));
     options.rate_hz = 100.0;
     options.sensor.accel_range_g = 3;

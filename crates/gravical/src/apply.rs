@@ -51,8 +51,8 @@ use std::path::{Path, PathBuf};
 
 use gravical_core::calibration::{GyroscopeCalibration, LinearCalibration};
 use gravical_core::unit::STANDARD_GRAVITY_MPS2;
+use gravical_judge::quiet_norm;
 use gravical_recording::bytes::Input;
-use gravical_recording::judge::quiet_norm;
 use gravical_recording::write::Table;
 use gravical_recording::{CALIBRATED, Format, Piece, Stream};
 use serde::{Deserialize, Serialize};
@@ -98,7 +98,7 @@ pub struct ApplyOptions {
     #[cfg_attr(feature = "clap", arg(long))]
     pub keep_raw: bool,
     /// Axes of the sensor that point along x, y and z of the case.
-    #[serde(deserialize_with = "crate::option_text::one")]
+    #[serde(deserialize_with = "gravical_judge::option_text::one")]
     #[cfg_attr(feature = "clap", command(flatten))]
     pub axes: AxisMap,
     /// m/s^2 or g

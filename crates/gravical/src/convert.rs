@@ -32,6 +32,7 @@ use std::io::Write;
 use std::path::Path;
 
 use gravical_core::unit::{DEGREES_PER_RADIAN, STANDARD_GRAVITY_MPS2};
+use gravical_judge::utc::UtcTime;
 use gravical_recording::CopiedText;
 use gravical_recording::source::Named;
 use gravical_recording::write::{Cell, Table, Writer};
@@ -43,7 +44,6 @@ use crate::problem::Problem;
 use crate::recording::{
     AccelScale, Finding, GyroScale, ReadOptions, Recording, nominal_accel, read_samples,
 };
-use crate::utc::UtcTime;
 use crate::{Error, Result};
 
 /// Decimals of a time, s.

@@ -1,5 +1,7 @@
 //! What is found in recordings and results.
 
+use gravical_judge::numfmt::{count, digits, duration_text};
+
 #[doc(hidden)]
 pub use gravical_calibrate::finding::Case as CalibrationCase;
 #[doc(hidden)]
@@ -7,9 +9,7 @@ pub use gravical_calibrate::finding::*;
 #[doc(inline)]
 pub use gravical_calibrate::finding::{Advice, Finding, LineSpans, Severity};
 
-use crate::numfmt::{count, digits, duration_text};
-
-gravical_recording::findings! {
+gravical_judge::findings! {
     "not-filtered" Warning "segments between gaps or breaks are shorter than the filter needs" / "":
         NotFiltered { filter: String, samples: usize, shortest: usize } =>
             "{filter}: {samples} samples in parts of channels that are shorter than the {shortest} it needs are left unchanged";

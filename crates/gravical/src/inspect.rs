@@ -4,6 +4,7 @@ use std::ops::Range;
 
 use gravical_calibrate::poses::face::{AxisMap, CaseAxes, Face};
 use gravical_core::matrix3;
+use gravical_signal::stats::moments;
 use serde::Serialize;
 
 use crate::calibration_file::TemperatureModel;
@@ -12,7 +13,6 @@ use crate::poses::gyro_unit;
 use crate::poses::rests::{find_rests, why_never_static};
 use crate::poses::{MAX_FACE_ANGLE_DEG, is_too_short};
 use crate::recording::{AccelScale, Clock, GyroScale, Recording};
-use crate::stats::moments;
 use crate::temperature::study;
 
 /// Result of [`inspect`].
@@ -112,7 +112,7 @@ pub fn inspect(recording: &Recording, axes: &AxisMap) -> Inspection {
             StillSpan {
                 start_row: span.start,
                 end_row: span.end,
-                lines: [recording.line(span.start), recording.line(span.end - 1)],
+                lines: recording.lines_of(span),
                 start_s: recording.time_at(span.start),
                 end_s: recording.time_at(span.end - 1),
                 mean,

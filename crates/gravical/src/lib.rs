@@ -17,7 +17,7 @@
 //!    noise itself.
 //!
 //! What is not shown here serves the program `gravical` and may change with every release, like the crates below it
-//! (`gravical-recording`, `-signal`, `-fit`, `-motion`, `-calibrate`, `-live`, `-sim`).
+//! (`gravical-judge`, `-recording`, `-signal`, `-fit`, `-motion`, `-calibrate`, `-live`, `-sim`).
 //!
 //! [`simulate`] computes recordings of a sensor with known parameters. Documents and figures of a
 //! result are in the crate `gravical-report`, code for microcontrollers in `gravical-core`.
@@ -102,6 +102,8 @@
 #![deny(missing_docs)]
 
 pub mod apply;
+#[doc(hidden)]
+pub mod calibration_folder;
 pub mod convert;
 pub mod denoise;
 #[doc(hidden)]
@@ -183,8 +185,7 @@ pub mod recording {
 }
 
 #[doc(hidden)]
-pub use gravical_calibrate::{numfmt, temperature};
-use gravical_calibrate::{rounding, stats};
+pub use gravical_calibrate::temperature;
 #[doc(hidden)]
 pub use gravical_recording::output;
 #[doc(hidden)]
@@ -195,12 +196,11 @@ pub use gravical_recording::output::TOOL;
 pub use gravical_core as core;
 #[doc(hidden)]
 pub use gravical_fit as fit;
+pub use gravical_judge::{Category, Error, Location, Result, utc};
+#[doc(hidden)]
+pub use gravical_judge::{errors, escape, numfmt};
 /// Guided calibration: a recording that grows and commands in, events out.
 pub use gravical_live as live;
-use gravical_recording::option_text;
-pub use gravical_recording::{Category, Error, Location, Result, utc};
-#[doc(hidden)]
-pub use gravical_recording::{errors, escape};
 /// A virtual sensor with known parameters.
 pub use gravical_sim as simulate;
 

@@ -1,12 +1,16 @@
 //! What the verbs refuse, each with its sentence.
 
 use gravical_core::filter::butterworth::{DesignError, MAX_ORDER};
+use gravical_judge::numfmt::digits;
+use gravical_judge::utc::UtcTime;
 use gravical_signal::NoiseTerm;
 
 use crate::finding::GyroMismatch;
-use crate::numfmt::digits;
 use crate::poses::rests::Restless;
+use crate::recording::AccelScale;
 
+/// Calibrations that an error lists.
+const MAX_LISTED: usize = 8;
 /// Of filters.
 const EXAMPLES: &str = "savgol:5,2 (window, order), butter:4,5Hz (low-pass), highpass:4,0.5Hz, hampel:7,3 (window, sigmas)";
 const A_REST: &str = "record the sensor while it lies still, away from fans and footsteps, for two hours or more; ten seconds are the least";
@@ -14,7 +18,7 @@ const ITS_FILE: &str = "give the file of `gravical noise REST.csv -o noise.json`
 const MORE_NOISE: &str =
     "record accelerometer and gyroscope at rest, with more decimals or for longer";
 
-gravical_recording::errors! {
+gravical_judge::errors! {
     "target-is-input" usage:
         TargetIsInput => "this is an input file; a result must not replace it" => "name another file for the result";
         TargetMayBeInput => "this may be a recording of an input folder; a result must not replace it" => "name another file for the result";
@@ -24,6 +28,16 @@ gravical_recording::errors! {
         SensorOfSeveral => "the id of the sensor is to be the name of the session, and there are several inputs" => "give one folder";
     "unit-mismatch" input:
         GyroMismatch { why: GyroMismatch } => "{why}" => "give its unit, if this is the right one";
+    "sensors-differ" input:
+        NotOfSensor { named: String, given: String } => "the recording is of the sensor {named}, not of {given}"
+            => "leave the sensor out, or name the file of the calibration";
+    "sensor-id-missing" usage:
+        SensorUnnamed { there: Vec<String> } => "the recording names no sensor, and the calibrations in the folder may be of several{}", there_is(&there)
+            => "name the sensor, or the file of its calibration";
+    "no-calibration" input:
+        NoneFits { sensor: Option<String>, scale: Option<AccelScale>, recorded: Option<UtcTime>, there: Vec<String> } => "no calibration{} is in this folder{}",
+            if there.is_empty() { String::new() } else { wanted(sensor, scale, recorded) }, there_is(&there)
+            => "calibrate the sensor at this setting with -o in this folder, or name a file";
     "gyro-not-calibrated" usage:
         GyroNotCalibrated => "the calibration has no gyroscope, so it cannot be applied to one" => "leave it out, or calibrate with it";
     "no-date" input:
@@ -90,4 +104,26 @@ gravical_recording::errors! {
     "export-name" usage:
         NoIdentifier { name: String, longest: usize } => "{name} is no identifier"
             => "use letters, digits and single underscores, a letter first, at most {longest}: for example imu_left";
+}
+
+/// What a calibration has to be for, as far as known.
+fn wanted(sensor: Option<String>, scale: Option<AccelScale>, recorded: Option<UtcTime>) -> String {
+    let of = sensor.map(|id| format!(" of the sensor {id}"));
+    let unit = scale.map(|scale| match scale.lsb_per_g {
+        Some(lsb) => format!(" in {}, {lsb:.0} per g,", scale.unit),
+        None => format!(" in {}", scale.unit),
+    });
+    let before = recorded.map(|time| format!(" from before {}", time.minute()));
+    [of, unit, before].into_iter().flatten().collect()
+}
+
+/// `; there is: FILE: SENSOR, UNIT, TIME; …`
+fn there_is(all: &[String]) -> String {
+    if all.is_empty() {
+        return String::new();
+    }
+    let more = all.len().saturating_sub(MAX_LISTED);
+    let mut lines = all[..all.len() - more].to_vec();
+    lines.extend((more > 0).then(|| format!("and {more} more")));
+    format!("; there is: {}", lines.join("; "))
 }

@@ -7,6 +7,7 @@ use crate::calibrate::{CalibrateOptions, Calibrated, calibrate};
 use crate::gravity::Gravity;
 use crate::live::folder::{calibrate_folder, is_session};
 use crate::problem::Problem;
+use crate::recording::source::stem;
 use crate::recording::{ReadOptions, Recording};
 
 #[doc(hidden)]
@@ -49,6 +50,18 @@ pub fn calibrate_files(
 /// As a sensor's id: it is the name of the session's folder or file.
 #[doc(hidden)]
 pub const BY_FOLDER: &str = "folder";
+
+/// Name of a session: that of a recording without its endings (`x.csv.gz` has two), all of a folder's.
+#[doc(hidden)]
+pub fn session_name(path: &Path) -> String {
+    let name = path.file_name().unwrap_or("session".as_ref());
+    let name = name.to_string_lossy();
+    if path.is_dir() {
+        name.into_owned()
+    } else {
+        stem(&name)
+    }
+}
 
 /// The name of the session, where it is the sensor's id.
 ///

@@ -1,12 +1,16 @@
 //! No result destroys what a command reads.
 
 use std::collections::HashSet;
+use std::io::Read as _;
 use std::path::{Path, PathBuf};
 
+use crate::calibration_file::Calibration;
 use crate::live::folder::JOURNAL;
 use crate::output::{check_target, folder_of, is_special, no_folder};
 use crate::problem::Problem;
-use crate::session::{files_in, is_result_file};
+use crate::recording::source::open;
+use crate::recording::{ReadOptions, read_head};
+use crate::session::files_in;
 use crate::{Error, Result};
 
 /// Checks all output files of a command before it starts: a result must replace neither another
@@ -40,6 +44,26 @@ pub fn check_targets(targets: &[PathBuf], inputs: &[PathBuf], force: bool) -> Re
         }
     }
     Ok(())
+}
+
+/// Columns that begin the summary of many sessions.
+pub const SUMMARY_COLUMNS: [&str; 6] = ["path", "grade", "reason", "error_code", "hint", "result"];
+
+/// True for a calibration, and for a table that holds results by its column names: of `apply`, of
+/// `motion`, or the summary of many sessions. What `convert` and `denoise` write is a recording.
+fn is_result_file(path: &Path) -> bool {
+    read_head(path, &ReadOptions::default()).is_ok_and(|head| head.format.is_result())
+        || is_summary(path)
+        || Calibration::read(path).is_ok()
+}
+
+/// True for the summary of many sessions.
+pub fn is_summary(path: &Path) -> bool {
+    let columns = SUMMARY_COLUMNS.join(",");
+    let mut head = vec![0; columns.len()];
+    let read =
+        open(path, &ReadOptions::default()).map(|mut input| input.reader.read_exact(&mut head));
+    matches!(read, Ok(Ok(()))) && head == columns.as_bytes()
 }
 
 /// Identifies a file by more than its name: links to it are the same file.

@@ -5,16 +5,14 @@ use std::array::from_fn;
 use gravical_core::calibration::LinearCalibration;
 use gravical_core::matrix3;
 use gravical_fit::model::DRIFT;
-use gravical_fit::{
-    BiasDrift, DriftTest, Fit, FittedPose, Gravity, Hint, Options, Sensor, Trust, fit,
-};
+use gravical_fit::{BiasDrift, DriftTest, Fit, FittedPose, Hint, Options, Sensor, Trust, fit};
+use gravical_judge::numfmt::COVERAGE;
 use serde::Deserialize;
 
 use crate::Result;
 use crate::calibration_file::{
     Accelerometer, Covariance, Method, PoseTilt, Reliability, TiltSource,
 };
-use crate::numfmt::COVERAGE;
 use crate::poses::Pose;
 use crate::poses::face::Claim;
 use crate::problem::Problem;
@@ -326,10 +324,7 @@ fn by_ferraris(session: &Session<'_>) -> Result<Estimate> {
         let sensor = Sensor {
             parameters,
             covariance,
-            gravity: Gravity {
-                value_mps2: gravity,
-                sd_mps2: session.options.gravity.uncertainty_mps2(),
-            },
+            gravity: session.options.gravity.for_fit(),
             model_error_mps2: 0.0,
         };
         let predicted = Some(sensor.predicted_mps2());

@@ -8,12 +8,12 @@ use gravical_core::six_position::{
 };
 use gravical_fit::covariance_by_gravity;
 use gravical_fit::model::{BIAS, Covariance, DRIFT, Parameters};
+use gravical_signal::stats::rms;
 
 use crate::poses::face::{Face, angle_deg};
 use crate::poses::{MAX_FACE_ANGLE_DEG, Pose, advise_rate};
 use crate::problem::Problem;
 use crate::recording::Recording;
-use crate::stats::rms;
 use crate::{Error, Result};
 
 use super::session::at_only;

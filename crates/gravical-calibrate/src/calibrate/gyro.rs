@@ -9,6 +9,8 @@ mod turns;
 use gravical_core::calibration::LinearCalibration;
 use gravical_core::matrix3;
 use gravical_fit::{FittedMotion, GyroOptions, GyroRest, GyroUndetermined, MotionFit};
+use gravical_judge::GAP_PERIODS;
+use gravical_signal::stats::rms;
 
 use crate::calibrate::session::Session;
 use crate::calibration_file::{Covariance, GyroMethod, Gyroscope, MotionCounts};
@@ -16,10 +18,8 @@ use crate::finding::{Case, Finding};
 use crate::poses::face::axes_where;
 use crate::recording::LineSpans;
 use crate::recording::units::GyroUnit;
-use crate::stats::rms;
 
-use readings::Readings;
-use readings::{GAP_PERIODS, LeftOut, MAX_MOTION_S};
+use readings::{LeftOut, MAX_MOTION_S, Readings};
 
 /// A scale that is further from nominal is not the one of the data sheet.
 const SCALE_OFF: f64 = 0.1;

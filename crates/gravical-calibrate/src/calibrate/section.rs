@@ -3,10 +3,10 @@
 use gravical_core::matrix3;
 use gravical_core::unit::STANDARD_GRAVITY_MPS2;
 use gravical_fit::BiasDrift;
+use gravical_signal::stats::{pooled_deviation, rms};
 
 use crate::calibration_file::{Budget, Contribution, PoseKind, PoseResult, Source};
 use crate::poses::Pose;
-use crate::stats::{pooled_deviation, rms};
 
 use super::estimate::{Estimate, standard_error};
 use super::session::Session;

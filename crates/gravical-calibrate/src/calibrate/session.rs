@@ -68,7 +68,8 @@ impl Session<'_> {
         let centre = centre(poses.iter().map(|p| &p.mean));
         let lengths = poses.iter().map(|p| norm(&sub(&p.mean, &centre)));
         let mut lengths: Vec<f64> = lengths.collect();
-        let usual = || crate::stats::median(&mut lengths).unwrap_or(1.0) / self.gravity_mps2();
+        let usual =
+            || gravical_signal::stats::median(&mut lengths).unwrap_or(1.0) / self.gravity_mps2();
         self.nominal().unwrap_or_else(usual)
     }
 }

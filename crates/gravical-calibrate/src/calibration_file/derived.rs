@@ -11,15 +11,15 @@ use gravical_fit::model::{
 use gravical_fit::{
     Deviations, Face, Gravity, Mounting, Sensor, covariance_by_gravity, deviations,
 };
+use gravical_judge::numfmt::COVERAGE;
+use gravical_signal::stats::rms;
 
 use super::{
     Accelerometer, Budget, CHANNELS, Calibration, ChannelDrift, Covariance, DriftVerdict,
     Gyroscope, NextPose, PoseKind, PoseResult, Reliability, TemperatureModel, TiltSource,
 };
-use crate::numfmt::COVERAGE;
 use crate::problem::Problem;
 use crate::recording::units::{AccelScale, AccelUnit, GyroUnit, Origin};
-use crate::stats::rms;
 
 /// Model error of real sensors when a fit cannot tell, m/s²: 1.1 to 1.9 rms on three MPU-9150 and
 /// an MTi, some 40 poses each.

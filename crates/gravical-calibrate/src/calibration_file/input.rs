@@ -3,10 +3,10 @@
 use std::borrow::Cow;
 use std::io::Read as _;
 
+use gravical_judge::numfmt::words;
+use gravical_recording::hash::sha256;
 use serde::{Deserialize, Serialize};
 
-use crate::hash::sha256;
-use crate::numfmt::words;
 use crate::problem::Problem;
 use crate::recording::Recording;
 use crate::{Error, Result};

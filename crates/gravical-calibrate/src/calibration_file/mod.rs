@@ -7,7 +7,6 @@
 
 mod check;
 mod derived;
-mod folder;
 mod imucal;
 mod input;
 mod readable;
@@ -18,18 +17,17 @@ mod verdict;
 use std::path::Path;
 
 use gravical_core::calibration::{GyroscopeCalibration, LinearCalibration};
+use gravical_judge::escape::shown_json;
+use gravical_judge::utc::UtcTime;
 use serde_json::error::Category;
 
-use crate::escape::shown_json;
 use crate::finding::Case;
 use crate::problem::Problem;
 use crate::recording::Finding;
-use crate::utc::UtcTime;
 use crate::{Error, Result};
 use gravical_recording::output::write_text;
 use gravical_recording::source::Named;
 
-pub use folder::{find_calibration, json_files};
 pub use gravical_fit::{
     Deviations, FitQuality, Grade, Mounting, NextPose, Undetected, WorstDirection,
 };
@@ -37,7 +35,7 @@ pub use imucal::{from_imucal, to_imucal};
 pub use input::*;
 pub use types::*;
 #[doc(hidden)]
-pub use unit::judge_unit;
+pub use unit::{judge_unit, other_range};
 
 impl Calibration {
     /// Parameters of the accelerometer for the core crate.

@@ -1,12 +1,12 @@
 //! Fields of a calibration file.
 
 use gravical_fit::{Explained, FitQuality, Grade, NextPose, Undetected, WorstDirection};
+use gravical_judge::utc::UtcTime;
 use serde::{Deserialize, Serialize};
 
 use super::input::InputFile;
 use crate::recording::Finding;
 use crate::recording::units::{AccelUnit, GyroUnit};
-use crate::utc::UtcTime;
 
 /// Value of `format`.
 pub const FORMAT: &str = "gravical-calibration/3";

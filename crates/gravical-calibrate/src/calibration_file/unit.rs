@@ -15,7 +15,7 @@ use crate::recording::{AccelScale, AccelUnit, Finding, Origin, Recording};
 const TOLERANCE: f64 = 0.2;
 
 /// Counts per g of a recording and of a calibration, if they differ.
-pub(super) fn other_range(section: &Accelerometer, scale: AccelScale) -> Option<[f64; 2]> {
+pub fn other_range(section: &Accelerometer, scale: AccelScale) -> Option<[f64; 2]> {
     let is_counts = section.input_unit == AccelUnit::Counts;
     let lsb = scale.lsb_per_g.filter(|_| is_counts)?;
     let expected = section.mean_scale() * STANDARD_GRAVITY_MPS2;

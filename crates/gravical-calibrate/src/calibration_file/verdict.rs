@@ -1,9 +1,10 @@
 //! The grade of a calibration and its reasons.
 
 use gravical_fit::Grade;
+use gravical_judge::numfmt::{COVERAGE, count, mg, words};
 
 use super::types::{Calibration, Method, PoseKind, PoseResult, Reliability, Verdict};
-use crate::numfmt::{COVERAGE, count, in_words, mg, words};
+use crate::attitude::in_words;
 use crate::recording::Finding;
 
 /// Angles between the axes that are less well known than this are worth a word, degrees.

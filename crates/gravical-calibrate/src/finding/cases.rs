@@ -3,12 +3,13 @@
 use std::fmt;
 
 use gravical_fit::MIN_MOTIONS;
-use gravical_recording::{AccelUnit, GyroUnit};
+use gravical_judge::numfmt::{COVERAGE, count, milli_g, small};
+use gravical_judge::units::{AccelUnit, GyroUnit};
 use serde::Serialize;
 
-use crate::numfmt::{AXES, COVERAGE, count, milli_g, small};
+use crate::attitude::AXES;
 
-gravical_recording::findings! {
+gravical_judge::findings! {
     "folder-left-out" Note "a subfolder with files that may be recordings is not read" / "":
         FolderLeftOut { files: usize } =>
             "a folder with {} that may be recordings; not read", count(files, "file");

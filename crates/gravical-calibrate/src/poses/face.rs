@@ -3,8 +3,8 @@
 
 mod names;
 
+pub use crate::attitude::{AXES, in_words};
 pub use crate::axes::{AxisMap, CaseAxes};
-pub use crate::numfmt::{AXES, in_words};
 pub use gravical_fit::{Face, angle_deg};
 #[doc(hidden)]
 pub use names::{Claim, claim};

@@ -7,6 +7,7 @@ use std::path::Path;
 
 use gravical_core::matrix3;
 use gravical_fit::Sphere;
+use gravical_signal::stats::moments;
 
 use crate::finding::Case;
 use crate::problem::Problem;
@@ -18,7 +19,6 @@ use super::face::{Claim, angle_deg, claim};
 use super::nominal::NominalSamples;
 use super::pauses::unused_pauses;
 use super::rests::{directions, quiet_in, rests_in, why_never_static};
-use crate::stats::moments;
 
 /// Fewer rows than these are too few to look for rests in.
 const FEW_ROWS: usize = 40;
@@ -127,7 +127,6 @@ fn without_rest(
     segment: &Range<usize>,
     label: &str,
 ) -> (Option<(Range<usize>, bool)>, Finding) {
-    let lines = |rows: &Range<usize>| [rows.start, rows.end - 1].map(|row| recording.line(row));
     let pose = label.to_owned();
     let quiet = quiet.iter();
     let inside = quiet.filter(|s| segment.start <= s.start && s.end <= segment.end);
@@ -135,7 +134,7 @@ fn without_rest(
         let (mean, variance) = moments(&recording.accel, rows.clone());
         let unsteady = Case::UnsteadyPose {
             pose,
-            lines: lines(rows),
+            lines: recording.lines_of(rows),
             rms_mg: 1000.0 * (variance / 3.0).sqrt() / matrix3::norm(&mean),
         };
         (Some((rows.clone(), true)), unsteady.finding())
@@ -144,7 +143,7 @@ fn without_rest(
         let short = Case::ShortPose { pose, rows }.finding();
         (Some((segment.clone(), false)), short)
     } else {
-        let lines = lines(segment);
+        let lines = recording.lines_of(segment);
         (None, Case::PoseNeverAtRest { pose, lines }.finding())
     }
 }
@@ -215,7 +214,7 @@ fn is_table_of_means(recording: &Recording, few: bool, hardly_static: bool) -> b
     let rows: Vec<[f64; 3]> = rows.filter(|u| u.iter().all(|v| v.is_finite())).collect();
     let some = rows.windows(2).step_by(1 + rows.len() / MANY_ROWS);
     let mut jumps: Vec<f64> = some.map(|w| angle_deg(w[0], w[1])).collect();
-    let jump = crate::stats::median(&mut jumps).unwrap_or(0.0);
+    let jump = gravical_signal::stats::median(&mut jumps).unwrap_or(0.0);
     let is_without_clock = hardly_static && recording.time_s.is_none();
     if jump <= JUMP_DEG && !(is_without_clock && jumps_between_rows(&rows)) {
         return false;

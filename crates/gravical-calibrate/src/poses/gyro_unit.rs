@@ -12,7 +12,8 @@ use std::f64::consts::PI;
 use std::ops::Range;
 
 use gravical_core::matrix3::norm;
-use gravical_recording::judge::resolution;
+use gravical_judge::resolution;
+use gravical_signal::stats::{floors, moments};
 use nalgebra::{UnitQuaternion, Vector3};
 
 use super::face::angle_deg;
@@ -22,7 +23,6 @@ use crate::calibration_file::Gyroscope;
 use crate::finding::{Case, GyroMismatch, RecordingCase};
 use crate::recording::units::{GyroScale, GyroUnit, LSB_PER_DEG_S, MDPS_PER_DEG_S, Origin};
 use crate::recording::{Finding, Recording};
-use crate::stats::{floors, moments};
 
 /// A scale that the data show.
 fn shown(unit: GyroUnit, lsb_per_deg_s: Option<f64>) -> GyroScale {

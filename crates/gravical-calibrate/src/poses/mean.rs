@@ -4,10 +4,9 @@
 
 use std::ops::Range;
 
+use gravical_signal::rounding;
+use gravical_signal::stats::{mean_of_finite, median};
 use statrs::distribution::{ContinuousCDF, StudentsT};
-
-use crate::rounding;
-use crate::stats::{mean_of_finite, median};
 
 /// Fewer blocks than these say nothing about their own scatter.
 const MIN_BLOCKS: usize = 8;

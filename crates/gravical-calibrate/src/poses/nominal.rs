@@ -8,6 +8,7 @@ use std::ops::Range;
 
 use gravical_core::matrix3::norm;
 use gravical_core::unit::STANDARD_GRAVITY_MPS2;
+use gravical_signal::stats::moments;
 use gravical_signal::{BLOCK_S, Samples, block_len, blocks, quantile};
 
 use super::face::AxisMap;
@@ -15,7 +16,6 @@ use super::spikes;
 use crate::recording::Recording;
 use crate::recording::units::{MDPS_PER_DEG_S, Origin};
 use crate::samples::{Columns, samples};
-use crate::stats::moments;
 
 /// Between the noise of a usual gyroscope in rad/s and in °/s: 0.09 °/s is
 /// 0.0016 rad/s, and this is their geometric mean.
@@ -72,20 +72,17 @@ impl NominalSamples {
         let time_s: Vec<f64> = (0..recording.rows())
             .map(|row| row as f64 * period_s)
             .collect();
-        let accel = Columns {
-            values: without_spikes(recording, period_s),
-            per_si: per_mps2(recording),
+        let columns = |values, per_si| Columns {
+            values,
+            per_si,
             interpolated: Vec::new(),
         };
+        let accel = columns(without_spikes(recording, period_s), per_mps2(recording));
         let read = recording.gyro.as_ref();
         let scale = read.map(|read| rate_scale(recording, read, period_s));
         let is_guessed = scale.is_some_and(|(_, is_guessed)| is_guessed);
         let filled = read.and_then(forward_fill).zip(scale);
-        let gyro = filled.map(|(values, (per_si, _))| Columns {
-            values,
-            per_si,
-            interpolated: Vec::new(),
-        });
+        let gyro = filled.map(|(values, (per_si, _))| columns(values, per_si));
         let axes = AxisMap::default();
         let in_si = |gyro| samples(recording, &time_s, &accel, gyro, &axes, None).0;
         let mut samples = in_si(gyro.as_ref());

@@ -4,6 +4,7 @@ use std::ops::Range;
 
 use gravical_core::matrix3::norm;
 use gravical_core::unit::STANDARD_GRAVITY_MPS2;
+use gravical_signal::stats::moments;
 use gravical_signal::{BLOCK_S, MAX_EXCESS, MAX_VARIANCE, Samples, TREMOR, quantile};
 
 use super::face::angle_deg;
@@ -12,7 +13,6 @@ use super::rests::{APART_DEG, MANY_POSES, MIN_REST_S, directions, min_samples_wi
 use super::stills::{HELD_DEG, MIN_WINDOW_LEN, READINGS_S, middle, still_spans};
 use crate::finding::{Case, Finding};
 use crate::recording::Recording;
-use crate::stats::moments;
 
 /// A shorter pause is one of a hand on its way, s; without a rate ten readings …
 const MIN_PAUSE_S: f64 = 0.3;
@@ -81,8 +81,7 @@ pub(super) fn unused_pauses(
     let short = pauses.iter().filter(|span| is_calm(span));
     let is_short = 2 * short.count() >= pauses.len();
     let first = pauses.into_iter().find(|span| is_calm(span) == is_short)?;
-    let rows = nominal.in_rows(&first);
-    let lines = [rows.start, rows.end - 1].map(|row| recording.line(row));
+    let lines = recording.lines_of(&nominal.in_rows(&first));
     let case = if is_short {
         Case::ShortPauses {
             directions,

@@ -3,6 +3,7 @@
 use std::ops::Range;
 
 use gravical_core::matrix3::{norm, sub};
+use gravical_signal::stats::{moments, weighted_median};
 use gravical_signal::{
     BLOCK_S, MAX_VARIANCE, RestTolerance, Samples, block_len, detect_rests, quantile,
 };
@@ -13,7 +14,6 @@ use super::stills::{HELD_DEG, SAME_DEG, brief_rests};
 #[doc(hidden)]
 pub use crate::finding::Restless;
 use crate::recording::Recording;
-use crate::stats::{moments, weighted_median};
 
 /// Shortest static interval, s: a shorter pause of a hand is no pose.
 pub const MIN_REST_S: f64 = 1.0;

@@ -2,7 +2,7 @@
 
 use std::ops::Range;
 
-use crate::stats::median;
+use gravical_signal::stats::median;
 
 /// Neighbours on either side that a sample is compared with: what lasts longer than these
 /// is motion, and the blocks of a mean leave it out ([`super::mean`]).

@@ -3,10 +3,10 @@
 use std::ops::Range;
 
 use gravical_core::matrix3::{norm, sub};
+use gravical_signal::stats::{mean_of_finite, median, moments};
 
 use crate::poses::rests::find_quiet;
 use crate::recording::Recording;
-use crate::stats::{mean_of_finite, median, moments};
 
 /// Length of a block, s.
 const BLOCK_S: f64 = 3.0;

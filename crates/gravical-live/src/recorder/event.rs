@@ -2,7 +2,8 @@
 
 use gravical_calibrate::poses::face::Face;
 use gravical_core::matrix3::norm;
-use gravical_recording::{AccelScale, Recording};
+use gravical_judge::units::AccelScale;
+use gravical_recording::Recording;
 use serde::Serialize;
 
 use super::gaps::Gap;

@@ -2,6 +2,7 @@
 
 use std::collections::VecDeque;
 
+use gravical_judge::GAP_PERIODS;
 use serde::Serialize;
 
 /// Fewer rows than this are no gap: the reader counts them as missing.
@@ -9,8 +10,6 @@ const MIN_MISSING: u64 = 4;
 /// The usual step is the median of this many, and is known by so many.
 const STEPS: usize = 31;
 const MIN_STEPS: usize = 3;
-/// A step longer than this many usual ones is a gap, as for the reader of recordings.
-pub const GAP_STEPS: f64 = 4.5;
 /// Clocks begin again here: a 32-bit counter, as it is and of µs in ms or s, and the time of day, s.
 const WRAPS: [f64; 4] = [4_294_967_296.0, 4_294_967.296, 4_294.967_296, 86_400.0];
 
@@ -172,7 +171,7 @@ impl Gaps {
         // Of a stamp that stands for several rows the steps do not tell.
         let usual = usual.filter(|usual| *usual > 0.0 && sorted.len() >= MIN_STEPS);
         let steps = usual.map(|usual| step / usual);
-        let is_gap = steps.is_some_and(|steps| steps > GAP_STEPS);
+        let is_gap = steps.is_some_and(|steps| steps > GAP_PERIODS);
         if step < 0.0 || is_gap {
             // A rate that is another one from now on is one gap.
             self.steps.clear();

@@ -1,7 +1,7 @@
 //! Bytes of the board to lines, and what is put before a line in the file: nothing, the time of arrival
 //! where the board sends no time, a mark where the user names the columns.
 
-use gravical_recording::escape::shown;
+use gravical_judge::escape::shown;
 use gravical_recording::{Form, LineKind};
 
 /// A longer line is no row of a board: it is passed on in pieces.

@@ -1,6 +1,7 @@
 //! Settings and commands of our firmware (`firmware/mpu6050_logger`).
 
-use gravical_recording::{BoardSettings, Error, Result};
+use gravical_judge::{Error, Result};
+use gravical_recording::BoardSettings;
 
 /// Settings that the board must have; none: as they are.
 #[derive(Debug, Clone, Copy, Default, PartialEq)]

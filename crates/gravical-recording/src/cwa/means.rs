@@ -2,9 +2,10 @@
 
 use std::io::Read;
 
+use gravical_judge::finding::Case;
+use gravical_judge::{Error, GAP_PERIODS};
+
 use super::samples::Samples;
-use crate::error::Error;
-use crate::finding::Case;
 use crate::memory::Budget;
 use crate::recording::Recording;
 use crate::text::{Format, Ledger, Rows};
@@ -16,8 +17,6 @@ pub const MAX_SAMPLES: usize = 1 << 20;
 const USUAL_MEANS: usize = 1 << 22;
 /// Means follow each other at this rate or faster, Hz: four blocks of five are 8 s, and a rest of a wrist is 10 s.
 const MIN_HZ: f64 = 2.5;
-/// Neighbours are at most so many usual steps apart.
-const MAX_STEP_PERIODS: f64 = 4.5;
 
 /// Judges all samples of a file, or, of more than `max_samples`, their means at 2.5 Hz or faster; of less than
 /// 5 Hz two become a mean. Blocks carry clock and unit, so that means are judged as samples are; a note
@@ -48,7 +47,7 @@ pub fn read_means<R: Read>(
     let columns = format.columns.len();
     let mut means = Means {
         count: (rate_hz / MIN_HZ).max(2.0) as usize,
-        longest_step_s: MAX_STEP_PERIODS / rate_hz,
+        longest_step_s: GAP_PERIODS / rate_hz,
         last_s: f64::NAN,
         rows: Rows::new(columns),
         sums: vec![0.0; columns],

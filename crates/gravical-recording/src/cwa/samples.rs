@@ -2,9 +2,9 @@
 
 use std::io::{self, BufReader, Read};
 
+use gravical_judge::{Error, ReadOptions};
+
 use crate::bytes::read_head;
-use crate::error::Error;
-use crate::options::ReadOptions;
 use crate::text::{CopiedText, Format, Reason, Rows};
 use crate::write::{write_fixed, write_trimmed};
 

@@ -1,13 +1,11 @@
 //! Empty cells.
 
-use super::clean::names;
-use crate::finding::{Case, EmptyCells, Finding};
-use crate::judge::{POSSIBLE_C, are_many};
-use crate::recording::Recording;
+use gravical_judge::finding::{Case, EmptyCells};
+use gravical_judge::units::POSSIBLE_C;
+use gravical_judge::{Finding, GAP_PERIODS};
 
-/// Longest holding of the gyroscope's values, in usual distances between them. As for gaps, an
-/// integral over longer holding would be meaningless.
-const GYRO_HELD: f64 = 4.5;
+use super::clean::names;
+use crate::recording::Recording;
 
 impl Recording {
     /// Counts empty cells and temperatures that no sensor can have, which become empty.
@@ -39,12 +37,13 @@ impl Recording {
         }
         let sensors = [Some(&mut self.accel), self.gyro.as_mut()];
         let sensors = sensors.into_iter().flatten().zip(texts.chunks(3));
+        // As for gaps, an integral over longer holding would be meaningless.
         let first = if self.format.options.is_gyroscope {
-            GYRO_HELD
+            GAP_PERIODS
         } else {
             f64::INFINITY
         };
-        for ((axes, texts), distances) in sensors.zip([first, GYRO_HELD]) {
+        for ((axes, texts), distances) in sensors.zip([first, GAP_PERIODS]) {
             if is_sparse(axes, texts) {
                 self.read_as.is_sparse = true;
                 let channels = axes.iter_mut().zip(texts);
@@ -95,4 +94,19 @@ fn forward_fill(channel: &mut [f64], distances: f64, text: &[u8]) {
             rows += 1.0;
         }
     }
+}
+
+/// Smallest number of rows for holding values.
+const SPARSE_ROWS: usize = 20;
+
+/// Whether so many rows lack a value that each channel may be written when it arrives.
+pub(crate) fn has_sparse_rows(channels: &[&[f64]]) -> bool {
+    let rows = channels[0].len();
+    let lacks = |row: &usize| channels.iter().any(|c| c[*row].is_nan());
+    are_many((0..rows).filter(lacks).count(), rows)
+}
+
+/// Whether so many of the rows are enough for it.
+fn are_many(lacking: usize, rows: usize) -> bool {
+    rows >= SPARSE_ROWS && 5 * lacking > rows
 }

@@ -3,16 +3,15 @@
 use std::collections::HashMap;
 use std::ops::Range;
 
+use gravical_judge::finding::Case;
+use gravical_judge::units::{POSSIBLE_C, Units};
+use gravical_judge::{self as judge, Encoding, Finding, LineSpans, Role};
+
 use super::findings;
 use super::time::JudgedTime;
-use crate::finding::{Case, Finding};
-use crate::judge::{self, Encoding};
 use crate::problem::Problem;
 use crate::recording::{Labels, ReadAs, Recording};
-use crate::role::Role;
-use crate::spans::LineSpans;
 use crate::text::{Format, Reason, Rows, sensor_of_file};
-use crate::units::Units;
 
 /// Sensors that are listed.
 const MAX_SENSORS: usize = 256;
@@ -267,7 +266,7 @@ fn take_temperature(
     let mut values = std::mem::take(&mut rows.columns[column]);
     to_celsius(format, column, &mut values);
     let finite = values.iter().filter(|t| t.is_finite());
-    let possible = finite.clone().filter(|t| judge::POSSIBLE_C.contains(*t));
+    let possible = finite.clone().filter(|t| POSSIBLE_C.contains(*t));
     if 2 * possible.count() > finite.count() {
         return (Some((column, values)), None);
     }

@@ -1,9 +1,8 @@
 //! What columns and lines tell.
 
-use crate::finding::{Case, Finding};
-use crate::judge;
-use crate::role::Role;
-use crate::spans::LineSpans;
+use gravical_judge::finding::Case;
+use gravical_judge::{self as judge, Finding, LineSpans, Role};
+
 use crate::text::{CALIBRATED, Format, Ledger, Reason, Rows};
 use crate::write::input_name;
 

@@ -1,12 +1,12 @@
 //! Times of the rows, and what was found of them.
 
-use crate::finding::{Case, Finding};
-use crate::judge::{self, ClockFault, ClockOptions, Times};
+use gravical_judge::finding::Case;
+use gravical_judge::units::{POSSIBLE_C, TimeUnit, is_listed, is_unit};
+use gravical_judge::{self as judge, ClockFault, ClockOptions, Finding, Role, Times};
+
 use crate::metadata;
 use crate::recording::Clock;
-use crate::role::Role;
 use crate::text::{Column, Format, Rows, StampPart};
-use crate::units::{TimeUnit, is_listed, is_unit};
 
 /// Tables of fewer rows are means or a single pose and need no rate.
 const MIN_ROWS: usize = 40;
@@ -43,7 +43,7 @@ impl JudgedTime {
             clock,
         };
         let possible = temperature_c.into_iter().flatten();
-        let possible = possible.filter(|t| judge::POSSIBLE_C.contains(t));
+        let possible = possible.filter(|t| POSSIBLE_C.contains(t));
         let (low, high) = possible.fold((f64::MAX, f64::MIN), |(l, h), t| (l.min(*t), h.max(*t)));
         let blanks = rows.blanks.iter().map(|b| b.0);
         let mut pauses: Vec<usize> = rows.headers.iter().copied().chain(blanks).collect();

@@ -2,16 +2,16 @@
 
 use std::slice;
 
+use gravical_judge::finding::Misfit;
+use gravical_judge::{ReadOptions, Role};
+
 use super::dialect::Dialect;
 use super::names::Column;
 use super::rows::Rows;
 use super::words::LinePattern;
 use crate::board::BoardSettings;
 use crate::date::compact_day_s;
-use crate::finding::Misfit;
 use crate::metadata;
-use crate::options::ReadOptions;
-use crate::role::Role;
 
 /// Names of the columns of calibrated specific force that `gravical apply` writes, in m/s² and in
 /// g. Loggers use `ax_g` for what they measure.

@@ -2,13 +2,14 @@
 
 use std::collections::HashSet;
 
+use gravical_judge::Role;
+use gravical_judge::units::{AccelUnit, GyroUnit, is_unit};
+
 use super::dialect::{Dialect, fields, is_blank, is_comment, uncommented};
 use super::format::Format;
 use super::names::Column;
 use super::number::parse_cell;
 use super::roles::is_counter;
-use crate::role::Role;
-use crate::units::{AccelUnit, GyroUnit, is_unit};
 
 /// Rows by which a column without a name is told.
 const ROWS: usize = 400;

@@ -1,7 +1,7 @@
 //! What the name of a column says.
 
-use crate::role::Role;
-use crate::units::{AccelUnit, GyroUnit, is_celsius, is_listed, time_scale_s};
+use gravical_judge::Role;
+use gravical_judge::units::{AccelUnit, GyroUnit, is_celsius, is_listed, time_scale_s};
 
 /// A column as its name, or the row of units, describes it.
 #[derive(Clone, PartialEq, Eq, Debug, Default)]

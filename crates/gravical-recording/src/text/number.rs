@@ -1,7 +1,8 @@
 //! One cell: a number, a date, nothing, or text.
 
+use gravical_judge::units::is_listed;
+
 use crate::date::parse_date;
-use crate::units::is_listed;
 
 /// Value of a cell: NaN where it is empty or not finite, `None` where it is text.
 ///

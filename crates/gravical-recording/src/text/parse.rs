@@ -8,6 +8,7 @@ use std::num::NonZero;
 use std::sync::{Mutex, mpsc};
 use std::thread;
 
+use gravical_judge::Error;
 use memchr::{memchr, memchr_iter};
 
 use super::dialect::{Dialect, fields, is_blank, is_comment, uncommented};
@@ -18,7 +19,6 @@ use super::number::parse_cell;
 use super::rows::{CopiedText, Reason, Rows, mark};
 use super::words::{Heading, LinePattern};
 use crate::board::BoardSettings;
-use crate::error::Error;
 use crate::problem::Problem;
 
 /// A column with so many words may hold numbers wrapped in words.

@@ -14,12 +14,11 @@ pub(crate) use clocks::is_counter;
 use super::format::Format;
 use super::names::sensor_of_file;
 use super::rows::Rows;
-use crate::finding::Misfit;
-use crate::judge::shows_gravity;
 use crate::problem::Problem;
-use crate::role::Role;
 use behaviour::{Axes, answers};
 use errors::{columns_unknown, no_accelerometer};
+use gravical_judge::finding::Misfit;
+use gravical_judge::{Role, shows_gravity};
 
 /// Assigns roles: by the user, the names in the format, the rows of the head.
 pub(crate) fn assign(format: &mut Format, sample: &Rows, file_name: &str) -> Result<(), Problem> {

@@ -3,9 +3,8 @@
 use std::collections::BTreeMap;
 use std::ops::Range;
 
+use gravical_judge::LineSpans;
 use serde::{Deserialize, Serialize};
-
-use crate::spans::LineSpans;
 
 macro_rules! reasons {
     ($($reason:ident $name:literal $meaning:literal;)*) => {

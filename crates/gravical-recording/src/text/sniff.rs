@@ -1,5 +1,9 @@
 //! From the head of a file to its format.
 
+use gravical_judge::finding::Misfit;
+use gravical_judge::units::{is_listed, is_unit};
+use gravical_judge::{Error, ReadOptions, Role};
+
 use super::dialect::{Dialect, fields, is_blank, is_comment, uncommented};
 use super::format::Format;
 use super::header::{Header, names_sensor};
@@ -12,13 +16,8 @@ use super::rows::Rows;
 use super::words::LinePattern;
 use crate::board::BoardSettings;
 use crate::date::{self, parse_date};
-use crate::error::Error;
-use crate::finding::Misfit;
 use crate::metadata;
-use crate::options::ReadOptions;
 use crate::problem::Problem;
-use crate::role::Role;
-use crate::units::{is_listed, is_unit};
 
 /// Of a text without a table at most one line in this many looks like a row.
 const LINES_PER_ROW: usize = 10;

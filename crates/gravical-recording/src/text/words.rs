@@ -8,11 +8,11 @@ use std::borrow::Cow;
 use std::collections::HashMap;
 use std::ops::Range;
 
+use gravical_judge::units::{is_listed, is_unit};
+use gravical_judge::{Role, trend};
+
 use super::names::{Column, axis, sensor, words};
 use super::number::parse_cell;
-use crate::judge::trend;
-use crate::role::Role;
-use crate::units::{is_listed, is_unit};
 
 /// Lines of which the templates are counted.
 const MAX_LINES: usize = 4000;

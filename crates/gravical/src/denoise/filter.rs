@@ -24,10 +24,10 @@ use std::str::FromStr;
 
 use gravical_core::filter::biquad::Biquad;
 use gravical_core::filter::butterworth::{MAX_ORDER, Pass, design, sections_of};
+use gravical_signal::stats::median;
 use nalgebra::{DMatrix, DVector};
 
 use crate::problem::Problem;
-use crate::stats::median;
 use crate::{Error, Result};
 
 /// The longest window, samples; of Hampel, which sorts the window of each sample.

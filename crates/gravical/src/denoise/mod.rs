@@ -45,6 +45,7 @@ use std::ops::Range;
 use gravical_recording::source::{Named, open};
 use gravical_recording::write::{Table, input_name};
 use gravical_recording::{Format, Stream};
+use gravical_signal::stats::pooled_deviation;
 use serde::{Deserialize, Serialize};
 
 use crate::Result;
@@ -54,7 +55,6 @@ use crate::poses::gyro_unit::decide_unit;
 use crate::problem::Problem;
 use crate::recording::{ReadOptions, Recording};
 use crate::rewrite::write_rows;
-use crate::stats::pooled_deviation;
 use rows::{Grid, Treatment};
 
 /// Decimals of a filtered value.
@@ -66,7 +66,10 @@ const DECIMALS: u32 = 6;
 #[cfg_attr(feature = "clap", derive(clap::Args))]
 pub struct DenoiseOptions {
     /// Filter; repeatable, applied in this order
-    #[serde(rename = "filter", deserialize_with = "crate::option_text::list")]
+    #[serde(
+        rename = "filter",
+        deserialize_with = "gravical_judge::option_text::list"
+    )]
     #[cfg_attr(feature = "clap", arg(short, long = "filter", value_name = "FILTER"))]
     pub filters: Vec<FilterSpec>,
 }

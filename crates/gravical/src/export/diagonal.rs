@@ -10,7 +10,7 @@ use gravical_core::matrix3::{
 };
 
 use super::sensor::{Matrix, Sensor};
-use gravical_recording::Result;
+use gravical_judge::Result;
 
 use crate::problem::Problem;
 

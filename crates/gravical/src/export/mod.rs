@@ -12,11 +12,11 @@ mod template;
 
 use crate::Result;
 use crate::calibration_file::{Calibration, to_imucal};
-use crate::escape::shown_json;
-use crate::numfmt;
 use crate::problem::Problem;
 use crate::recording::units::AccelUnit;
 use gravical_core::unit::STANDARD_GRAVITY_MPS2;
+use gravical_judge::escape::shown_json;
+use gravical_judge::numfmt;
 use serde::Deserialize;
 
 pub use noise::export_noise;

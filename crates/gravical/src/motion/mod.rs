@@ -297,6 +297,6 @@ impl Work<'_> {
 fn typical(samples: &Samples) -> [f64; 3] {
     std::array::from_fn(|c| {
         let mut axis: Vec<f64> = samples.force_mps2.iter().map(|f| f[c]).collect();
-        crate::stats::median(&mut axis).unwrap_or_default()
+        gravical_signal::stats::median(&mut axis).unwrap_or_default()
     })
 }

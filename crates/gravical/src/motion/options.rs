@@ -116,7 +116,7 @@ pub struct MotionOptions {
     )]
     pub procedure: Procedure,
     /// In s, e.g. 0-5,7.2- [default: found]
-    #[serde(deserialize_with = "crate::option_text::optional")]
+    #[serde(deserialize_with = "gravical_judge::option_text::optional")]
     #[cfg_attr(
         feature = "clap",
         arg(long, value_name = "SPANS", allow_hyphen_values = true)
@@ -131,7 +131,7 @@ pub struct MotionOptions {
     #[cfg_attr(feature = "clap", arg(skip))]
     pub gravity: Option<Gravity>,
     /// Axes of the sensor that point along x, y and z of the case.
-    #[serde(deserialize_with = "crate::option_text::one")]
+    #[serde(deserialize_with = "gravical_judge::option_text::one")]
     #[cfg_attr(feature = "clap", command(flatten))]
     pub axes: AxisMap,
     /// Ends the computation when it is [stopped](Meter::stop), with `io`. Default none.

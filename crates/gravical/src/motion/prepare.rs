@@ -7,7 +7,9 @@ use std::path::Path;
 use gravical_calibrate::samples::{Calibrated, Columns, samples};
 use gravical_core::calibration::GyroscopeCalibration;
 use gravical_core::matrix3;
+use gravical_core::unit::STANDARD_GRAVITY_MPS2;
 use gravical_motion::Samples;
+use gravical_signal::interpolate_outliers;
 
 use super::options::{MotionOptions, Procedure};
 use crate::Result;
@@ -16,8 +18,16 @@ use crate::finding::{Case, RecordingCase};
 use crate::poses::gyro_unit::{judge, mismatch};
 use crate::poses::rests::find_rests;
 use crate::problem::Problem;
+use crate::recording::full_scale::FULL_SCALES_DEG_S;
 use crate::recording::{Finding, Recording};
 use crate::temperature::{NoTemperature, not_applied};
+
+/// Full scales of accelerometers, g.
+const FULL_SCALES_G: [f64; 5] = [2.0, 4.0, 8.0, 16.0, 32.0];
+/// End of the range of 16-bit counts.
+const MAX_COUNT: f64 = 32767.0;
+/// Lower spikes may be motion: five times the noise of a hand at rest, m/s² and rad/s.
+const MIN_SPIKE: f64 = 5.0;
 
 /// What a motion is computed from.
 pub(super) struct Prepared {
@@ -69,9 +79,11 @@ pub(super) fn prepare(
     }
 
     let time_s = times(recording)?;
-    let accel = Columns::of_accelerometer(&time_s, &recording.accel, per_mps2);
+    let full_scales = FULL_SCALES_G.map(|g| g * STANDARD_GRAVITY_MPS2);
+    let accel = interpolated(&time_s, &recording.accel, per_mps2, &full_scales);
+    let full_scales = FULL_SCALES_DEG_S.map(f64::to_radians);
     let gyro = recording.gyro.as_ref().zip(per_rad_s);
-    let gyro = gyro.map(|(read, per_rad_s)| Columns::of_gyroscope(&time_s, read, per_rad_s));
+    let gyro = gyro.map(|(read, per_rad_s)| interpolated(&time_s, read, per_rad_s, &full_scales));
     let calibrated = file.map(|file| Calibrated {
         accel: file.accelerometer_calibration(),
         gyro: gyro_calibration,
@@ -96,6 +108,24 @@ pub(super) fn prepare(
         gyro_calibrated: gyro_calibration.is_some(),
         per_mps2,
     })
+}
+
+/// Columns of a sensor with what is clipped or spiked interpolated; the full scales in SI units.
+fn interpolated<'a>(
+    time_s: &[f64],
+    read: &'a [Vec<f64>; 3],
+    per_si: f64,
+    full_scales: &[f64],
+) -> Columns<'a> {
+    let ranges = full_scales.iter().map(|end| end * per_si);
+    let ranges: Vec<f64> = ranges.chain([MAX_COUNT]).collect();
+    let read = read.each_ref().map(Vec::as_slice);
+    let (values, interpolated) = interpolate_outliers(time_s, read, &ranges, MIN_SPIKE * per_si);
+    Columns {
+        values,
+        per_si,
+        interpolated,
+    }
 }
 
 /// Units of the file in 1 rad/s, by the nominal scale of the gyroscope, and its own calibration; none where it is not
@@ -163,12 +193,12 @@ fn judge_unit(
     let mut norms: Vec<f64> = spans
         .iter()
         .map(|rows| {
-            let (mean, _) = crate::stats::moments(&recording.accel, rows.clone());
+            let (mean, _) = gravical_signal::stats::moments(&recording.accel, rows.clone());
             matrix3::norm(&apply.apply(mean.map(|m| m + recording.units.zero_offset)))
         })
         .filter(|n| n.is_finite())
         .collect();
-    let norm @ Some(_) = crate::stats::median(&mut norms) else {
+    let norm @ Some(_) = gravical_signal::stats::median(&mut norms) else {
         return Ok(());
     };
     let gravity = options.gravity.map_or(file.gravity_mps2, |g| g.value_mps2);

@@ -1,7 +1,7 @@
 //! What a position is worth: its uncertainty by the distance that it went.
 
-use gravical_calibrate::numfmt::{COVERAGE, digits, milli_g};
 use gravical_core::matrix3::norm;
+use gravical_judge::numfmt::{COVERAGE, digits, milli_g};
 use gravical_motion::{Ends, PathNode};
 use nalgebra::{Quaternion, UnitQuaternion};
 

@@ -31,6 +31,9 @@ use std::f64::consts::PI;
 use std::ops::Range;
 use std::path::Path;
 
+use gravical_judge::numfmt;
+use gravical_signal::rounding;
+use gravical_signal::stats::pooled_deviation;
 use gravical_signal::{
     AllanVariance, BLOCK_S, NoiseModel, allan_variances, block_len, fit_noise, remove_trend,
 };
@@ -38,14 +41,11 @@ use gravical_signal::{
 use crate::Result;
 use crate::calibration_file::{CHANNELS, InputFile, TemperatureRange};
 use crate::finding::{Case, Finding, LineSpans, RecordingCase, hidden};
-use crate::numfmt;
 use crate::poses::check_units;
 use crate::poses::gyro_unit::decide_unit;
 use crate::poses::rests::{find_quiet, why_never_static};
 use crate::problem::Problem;
 use crate::recording::{self, ReadOptions, Recording, nominal_accel};
-use crate::rounding;
-use crate::stats::pooled_deviation;
 
 #[doc(hidden)]
 pub use gravical_signal::NoiseLimit;
@@ -291,7 +291,7 @@ fn of_rests(recording: &Recording, ranges: &[Range<usize>], period_s: f64) -> Op
     }
     let mut lines = LineSpans::default();
     for range in ranges {
-        let (from, to) = (recording.line(range.start), recording.line(range.end - 1));
+        let [from, to] = recording.lines_of(range);
         lines.push_range(from, to, range.len() as u64);
     }
     let case = Case::NoiseFromRests {

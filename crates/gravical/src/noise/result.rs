@@ -1,5 +1,6 @@
 //! The noise of a sensor, as it is written and printed.
 
+use gravical_judge::numfmt::duration_text;
 use gravical_recording::source::Named;
 
 use gravical_core::unit::STANDARD_GRAVITY_MPS2;
@@ -10,7 +11,6 @@ use super::Term;
 use crate::Result;
 use crate::calibration_file::{InputFile, InputRole};
 use crate::finding::{Case, Finding};
-use crate::numfmt::duration_text;
 use crate::problem::Problem;
 
 /// Value of `format`.

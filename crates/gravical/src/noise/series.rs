@@ -3,8 +3,8 @@
 use std::ops::Range;
 
 use crate::recording::Recording;
-use crate::stats::{floors, pooled_deviation};
 use gravical_signal::quantile;
+use gravical_signal::stats::{floors, pooled_deviation};
 
 /// Up to this many consecutive samples that are missing are replaced by earlier ones.
 const MAX_FILLED: usize = 8;

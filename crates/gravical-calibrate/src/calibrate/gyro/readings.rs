@@ -5,19 +5,17 @@ use std::ops::Range;
 
 use gravical_core::matrix3;
 use gravical_fit::{Motion, Sample, StaticInterval};
-use gravical_recording::range_end;
+use gravical_judge::GAP_PERIODS;
+use gravical_judge::full_scale::range_end;
+use gravical_signal::rounding;
+use gravical_signal::stats::mean_of_finite;
 
 use crate::finding::{Case, Finding};
 use crate::poses::mean::pooled_noise;
 use crate::poses::rests::with_slow_ends;
 use crate::poses::{Pose, Segmentation, sum_of_rows};
 use crate::recording::{GyroScale, Recording};
-use crate::rounding;
-use crate::stats::mean_of_finite;
 
-/// A longer step is a gap, in periods: what happened in it is not known. Over a shorter one the rate is a
-/// straight line, whether rows are lost or their cells empty.
-pub(super) const GAP_PERIODS: f64 = 4.5;
 /// Over a longer motion the bias drifts more than the closure tells, s.
 pub(super) const MAX_MOTION_S: f64 = 60.0;
 /// Length of the blocks that the noise is taken from, s: longer than the correlation behind any low-pass
@@ -158,7 +156,7 @@ impl<'a> Readings<'a> {
             let place = Place {
                 recording: index,
                 rows: inner,
-                lines: [recording.line(rows.start), recording.line(rows.end - 1)],
+                lines: recording.lines_of(&rows),
             };
             match track.samples(rows) {
                 Ok(samples) => {
@@ -240,6 +238,7 @@ impl<'a> Track<'a> {
             if !(step_s.is_finite() && rate.iter().all(|v| v.is_finite())) {
                 continue;
             }
+            // Over a shorter step the rate is a straight line, whether rows are lost or their cells empty.
             if step_s.abs() >= GAP_PERIODS / self.rate_hz {
                 return Err(LeftOut::Gap);
             }

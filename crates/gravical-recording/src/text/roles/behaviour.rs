@@ -3,8 +3,7 @@
 use std::ops::Range;
 
 use gravical_core::matrix3::{dot, norm, sub, unit};
-
-use crate::judge::median;
+use gravical_judge::median;
 
 /// Rows of a block that is at rest or in motion.
 const BLOCK_ROWS: usize = 10;

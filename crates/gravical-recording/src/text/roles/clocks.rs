@@ -1,12 +1,12 @@
 //! Columns of time that no name tells.
 
+use gravical_judge::units::{TimeUnit, is_listed};
+use gravical_judge::{Role, counts_rows, trend};
+
 use crate::date::compact_day_s;
-use crate::judge::{counts_rows, trend};
-use crate::role::Role;
 use crate::text::format::{Format, StampPart};
 use crate::text::names::{Column, words};
 use crate::text::rows::Rows;
-use crate::units::{TimeUnit, is_listed};
 
 const DAY_S: f64 = 86_400.0;
 /// Rows from which on a column that always rises is a clock.

@@ -1,8 +1,9 @@
 //! What is said where columns are not understood.
 
+use gravical_judge::Role;
+
 use super::clocks;
 use crate::problem::Problem;
-use crate::role::Role;
 use crate::text::format::Format;
 use crate::text::rows::Rows;
 

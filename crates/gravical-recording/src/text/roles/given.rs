@@ -1,8 +1,8 @@
 //! Columns that the user names.
 
-use crate::options::ColumnsSpec;
+use gravical_judge::{ColumnsSpec, Role};
+
 use crate::problem::Problem;
-use crate::role::Role;
 use crate::text::format::Format;
 
 /// Gives the columns that the user names their roles; no other column keeps such a role.

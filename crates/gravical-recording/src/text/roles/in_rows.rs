@@ -2,12 +2,12 @@
 
 use std::collections::HashMap;
 
-use crate::judge::median;
-use crate::role::Role;
+use gravical_judge::units::is_listed;
+use gravical_judge::{Role, median};
+
 use crate::text::format::Format;
 use crate::text::names::words;
 use crate::text::rows::Rows;
-use crate::units::is_listed;
 
 /// Rows of each sensor from which on several are told apart.
 const MIN_TURNS: usize = 4;

@@ -3,8 +3,9 @@
 use std::collections::HashMap;
 use std::hash::Hash;
 
+use gravical_judge::Role;
+
 use crate::problem::Problem;
-use crate::role::Role;
 use crate::text::format::Format;
 use crate::text::names::{Column, axis, is_linear, role_from_unit, words};
 

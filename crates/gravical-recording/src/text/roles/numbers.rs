@@ -1,11 +1,11 @@
 //! Columns without names: told by their numbers.
 
 use gravical_core::matrix3::norm;
+use gravical_judge::units::POSSIBLE_C;
+use gravical_judge::{Role, median, shows_gravity, trend};
 
 use super::behaviour::{Axes, may_be_rate};
 use super::clocks::{is_counter, rises};
-use crate::judge::{POSSIBLE_C, median, shows_gravity, trend};
-use crate::role::Role;
 use crate::text::format::Format;
 use crate::text::rows::Rows;
 

@@ -5,7 +5,9 @@ use std::fmt;
 
 use serde::Serialize;
 
-use crate::units::{AccelUnit, Encoding, GyroUnit, POSSIBLE_C, TimeUnit};
+use crate::encoding::Encoding;
+use crate::numfmt::{count, digits};
+use crate::units::{AccelUnit, GyroUnit, POSSIBLE_C, TimeUnit};
 
 /// Columns that a sentence names.
 const MAX_NAMED: usize = 12;
@@ -14,40 +16,40 @@ const RAW_DATA: &str = "a calibration needs gravity; use the raw data (phyphox: 
 crate::findings! {
     "named-gap" Loss "a line `# gap: …` of [the logger](logging.md): rows were lost" / "":
         NamedGap { lines: u64, first: String } =>
-            "{}: the logger reports missing rows; treated as a break between segments, first: \"{first}\"", many(*lines, "line");
+            "{}: the logger reports missing rows; treated as a break between segments, first: \"{first}\"", count(lines, "line");
     "blank-rows" Note "empty lines separate poses; a single one does not where the clock continues" / "":
         BlankRows { lines: u64 } =>
-            "{}: blank; a break between segments, unless it is a single line and the clock continues", many(*lines, "line");
+            "{}: blank; a break between segments, unless it is a single line and the clock continues", count(lines, "line");
     "repeated-header" Warning "the header is repeated in the middle" / "":
         RepeatedHeader { lines: u64 } =>
-            "{}: the header repeated; kept out of the data, and a break unless the clock continues", many(*lines, "line");
+            "{}: the header repeated; kept out of the data, and a break unless the clock continues", count(lines, "line");
     "torn-line" Loss "fewer fields than the other rows" / "Many such lines indicate a bad connection":
         TornLine { lines: u64, first: String } =>
-            "{}: fewer fields than the other rows (half-written); set aside, first: \"{first}\"", many(*lines, "line");
+            "{}: fewer fields than the other rows (half-written); set aside, first: \"{first}\"", count(lines, "line");
     "too-many-fields" Loss "more fields than the other rows: lines run together" / "Lower the baud rate or the sampling rate":
         TooManyFields { lines: u64, first: String } =>
-            "{}: more fields than the other rows (lines run together?); set aside, first: \"{first}\"", many(*lines, "line");
+            "{}: more fields than the other rows (lines run together?); set aside, first: \"{first}\"", count(lines, "line");
     "not-a-number" Loss "a value is not a number" / "":
         NotANumber { lines: u64, first: String } =>
-            "{}: no number where the rows have numbers; set aside, first: \"{first}\"", many(*lines, "line");
+            "{}: no number where the rows have numbers; set aside, first: \"{first}\"", count(lines, "line");
         TextCells { cells: usize, first: String } =>
             "{cells} cells hold text where the rows have numbers; they are empty, first: \"{first}\"";
     "zero-rows" Loss "the accelerometer reads zero on all axes, together with the gyroscope or in five consecutive rows" / "":
-        ZeroRows { lines: u64 } => "{}: all channels zero: the sensor was not read; set aside", many(*lines, "line");
+        ZeroRows { lines: u64 } => "{}: all channels zero: the sensor was not read; set aside", count(lines, "line");
         ZeroAccel { rows: usize } =>
             "the accelerometer reads zero on all axes in {rows} rows: it was not read; treated as empty";
     "sensor-hung" Warning "all channels repeat to the last digit for longer than noise allows" / "Check wiring and power of the sensor":
         SensorHung { lines: u64 } =>
-            "{}: all channels repeat for longer than noise allows: the sensor or its bus hung; set aside like a gap", many(*lines, "line");
+            "{}: all channels repeat for longer than noise allows: the sensor or its bus hung; set aside like a gap", count(lines, "line");
     "nul-bytes" Warning "NUL bytes were removed" / "Close the file before you unplug the board":
         NulBytes { lines: u64 } => "NUL bytes in {lines} lines; removed";
     "truncated-file" Loss "a gzip file is truncated" / "":
         TruncatedFile { rows: usize } =>
             "the packed file is damaged or ends in the middle; {rows} rows could be unpacked";
     "corrupt-block" Warning "blocks of a [`.cwa` file](wearables.md) are damaged, repeated or out of order" / "Copy it from the device again":
-        CorruptBlock { blocks: u64, first: String } => "{}: damaged; skipped, first: {first}", many(*blocks, "block");
+        CorruptBlock { blocks: u64, first: String } => "{}: damaged; skipped, first: {first}", count(blocks, "block");
         LateBlock { blocks: u64, first: String } =>
-            "{}: not later than the one before (repeated or out of order); skipped, first: {first}", many(*blocks, "block");
+            "{}: not later than the one before (repeated or out of order); skipped, first: {first}", count(blocks, "block");
     "samples-averaged" Note "more than 2²⁰ samples in a `.cwa` file: [means](#long-recordings) are used" / "":
         SamplesAveraged { samples: usize, means: usize, neighbours: usize } =>
             "{samples} samples are too many to hold: they are used as {means} means of {neighbours} neighbours";
@@ -77,7 +79,7 @@ crate::findings! {
             "no column is named as the time; {} rise steadily: each could be the time, and none is used; name the one that is", columns.join(", ");
     "without-gravity" Warning "the device has subtracted gravity" / "Record the raw acceleration: `Acceleration (with g)` in phyphox, `TotalAcceleration.csv` of Sensor Logger":
         WithoutGravity { norm: f64 } =>
-            "the magnitude at rest is {}: gravity was removed from this acceleration, but {RAW_DATA}", short(*norm);
+            "the magnitude at rest is {}: gravity was removed from this acceleration, but {RAW_DATA}", digits(*norm, 4);
         NamedLinear =>
             "the columns are named as acceleration without gravity, and the sensor is never at rest to show another; {RAW_DATA}";
     "gyro-row-by-row" Note "`--gyro`: files without time stamps are joined row by row" / "":
@@ -115,7 +117,7 @@ crate::findings! {
             "{bursty_steps} of {steps} rows share their stamp with the row before or follow it far sooner than the mean: the stamps are coarser than the sampling (rounded by a spreadsheet), or times of arrival; the mean rate of {rate_hz:.2} Hz is used instead";
     "gap" Warning "more than four consecutive samples are missing" / "":
         Gap { gaps: usize, longest_s: f64 } =>
-            "{} of more than four samples, the longest {longest_s:.3} s", many(*gaps as u64, "gap");
+            "{} of more than four samples, the longest {longest_s:.3} s", count(gaps, "gap");
     "missing-samples" Loss "more than 0.1 % of the samples are missing" / "Lower the rate, or raise the baud rate":
         MissingSamples { samples: f64, percent: f64 } =>
             "{samples:.0} samples ({percent:.1} %) are missing between the time stamps";
@@ -126,7 +128,7 @@ crate::findings! {
         RateUnknown => "no time stamps and no rate: static intervals are counted in rows";
     "unit-mismatch" Warning "gravity or the turns contradict a unit. The data override a header; an option is used as given; `apply` stops without `--accel-unit`" / "":
         UnitOfHeader { stated: AccelUnit, norm: f64, unit: AccelUnit } =>
-            "the header gives {stated}, but the magnitude at rest is {}: the values are read as {unit}", short(*norm);
+            "the header gives {stated}, but the magnitude at rest is {}: the values are read as {unit}", digits(*norm, 4);
         UnitGiven { unit: AccelUnit, norm_g: f64 } =>
             "read as {unit} as given, but then the magnitude at rest is {norm_g:.2} g, and should be 1";
         OtherRange { lsb_per_g: f64, wanted_lsb_per_g: f64 } =>
@@ -140,23 +142,23 @@ crate::findings! {
         GyroUncalibrated { mismatch: GyroMismatch } => "{mismatch}; it is used uncalibrated";
     "unit-assumed" Note "the magnitude at rest fits mg, which is used, and cm/s²" / "":
         UnitAssumed { norm: f64 } =>
-            "the magnitude at rest is {}: read as mg; cm/s² would fit as well: give the unit if it is that", short(*norm);
+            "the magnitude at rest is {}: read as mg; cm/s² would fit as well: give the unit if it is that", digits(*norm, 4);
     "unit-unknown" Warning "the magnitude at rest fits no unit, or several; gravity times a power of two indicates another range" / "":
         UnitAmbiguous { norm: f64 } =>
-            "the magnitude at rest is {}: mg, cm/s² or counts at 1024 per g; give the unit", short(*norm);
+            "the magnitude at rest is {}: mg, cm/s² or counts at 1024 per g; give the unit", digits(*norm, 4);
         NeverAtRest { norm: f64 } =>
-            "the sensor is never at rest, and the magnitude where it is quietest, {}, need not be gravity: give the unit, likely this one", short(*norm);
+            "the sensor is never at rest, and the magnitude where it is quietest, {}, need not be gravity: give the unit, likely this one", digits(*norm, 4);
         OtherFullScale { norm: f64, unit: AccelUnit, factor: f64 } =>
-            "the magnitude at rest is {}: it would be gravity in {} with the full-scale setting wrong by a factor of {factor}: was the sensor set to another range than the program assumed?", short(*norm), unit.name();
+            "the magnitude at rest is {}: it would be gravity in {} with the full-scale setting wrong by a factor of {factor}: was the sensor set to another range than the program assumed?", digits(*norm, 4), unit.name();
         UnitUnknown { norm: f64 } =>
-            "the magnitude at rest is {}: gravity in no known unit; check the factor in the program that wrote the file, or give counts as the unit, which uses the values as they are", short(*norm);
+            "the magnitude at rest is {}: gravity in no known unit; check the factor in the program that wrote the file, or give counts as the unit, which uses the values as they are", digits(*norm, 4);
     "range-mismatch" Warning "gravity at rest contradicts `--accel-range`, which is used, or the range of the header, which is not" / "":
         RangeGiven { given_g: f64, shown_g: f64 } =>
-            "±{} g was given, but the magnitude at rest corresponds to ±{} g; the given range is used", short(*given_g), short(*shown_g);
+            "±{} g was given, but the magnitude at rest corresponds to ±{} g; the given range is used", digits(*given_g, 4), digits(*shown_g, 4);
         RangeGivenForCounts { given_g: f64, lsb_per_g: f64 } =>
-            "±{} g was given, but the magnitude at rest corresponds to {} counts per g; the given range is used", short(*given_g), short(*lsb_per_g);
+            "±{} g was given, but the magnitude at rest corresponds to {} counts per g; the given range is used", digits(*given_g, 4), digits(*lsb_per_g, 4);
         RangeOfHeader { stated_lsb_per_g: f64, lsb_per_g: f64 } =>
-            "the file claims {} counts per g, the magnitude at rest is that of {}; that of gravity is used", short(*stated_lsb_per_g), short(*lsb_per_g);
+            "the file claims {} counts per g, the magnitude at rest is that of {}; that of gravity is used", digits(*stated_lsb_per_g, 4), digits(*lsb_per_g, 4);
     "unsigned-counts" Note "16-bit values written as unsigned, around 32768 or 65535 for −1" / "If that is wrong, give `--zero-offset`":
         UnsignedCounts { encoding: Encoding } => "unsigned numbers of 16 bits: {encoding}";
     "clipped" Warning "values at the end of the range" / "Record with a wider range":
@@ -249,12 +251,6 @@ impl fmt::Display for GyroMismatch {
     }
 }
 
-/// "1 line", "2 lines".
-fn many(count: u64, noun: &str) -> String {
-    let plural = if count == 1 { "" } else { "s" };
-    format!("{count} {noun}{plural}")
-}
-
 /// The first names.
 fn named(columns: &[String]) -> String {
     let more = if columns.len() > MAX_NAMED {
@@ -263,12 +259,6 @@ fn named(columns: &[String]) -> String {
         ""
     };
     columns[..columns.len().min(MAX_NAMED)].join(", ") + more
-}
-
-/// With four digits or more.
-fn short(value: f64) -> String {
-    let digits = (3 - value.abs().max(1e-9).log10().floor() as i32).clamp(0, 6) as usize;
-    format!("{value:.digits$}")
 }
 
 /// Why a line of names is no header.

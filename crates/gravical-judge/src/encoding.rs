@@ -1,6 +1,27 @@
 //! Integers of 16 bits that were printed as unsigned.
 
-use crate::units::Encoding;
+use std::fmt;
+
+use serde::Serialize;
+
+/// How numbers of the converter were written.
+#[derive(Clone, Copy, PartialEq, Eq, Debug, Serialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum Encoding {
+    /// 65535 is −1
+    TwosComplement,
+    /// 32768 is 0
+    OffsetBinary,
+}
+
+impl fmt::Display for Encoding {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(match self {
+            Encoding::TwosComplement => "65535 is -1",
+            Encoding::OffsetBinary => "32768 is 0",
+        })
+    }
+}
 
 impl Encoding {
     /// The encoding that the accelerometer shows, if any.
@@ -20,7 +41,7 @@ impl Encoding {
     }
 
     /// The numbers that were written.
-    pub(crate) fn undo(self, values: &mut [f64]) {
+    pub fn undo(self, values: &mut [f64]) {
         let (from, zero) = match self {
             Encoding::TwosComplement => (32_768.0, 65_536.0),
             Encoding::OffsetBinary => (f64::NEG_INFINITY, 32_768.0),
@@ -31,7 +52,7 @@ impl Encoding {
 }
 
 /// Whether all numbers may be unsigned integers of 16 bits.
-pub(crate) fn are_unsigned(channel: &[f64]) -> bool {
+pub fn are_unsigned(channel: &[f64]) -> bool {
     let mut values = channel.iter().filter(|v| !v.is_nan());
     values.all(|v| v.fract() == 0.0 && (0.0..65_536.0).contains(v))
 }

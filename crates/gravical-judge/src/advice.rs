@@ -35,11 +35,7 @@ impl fmt::Display for Advice {
 }
 
 /// The text, with the options behind it in parentheses, each in the words of a surface.
-pub(crate) fn with_options(
-    text: &str,
-    options: &[Advice],
-    word: impl Fn(&Advice) -> String,
-) -> String {
+pub fn with_options(text: &str, options: &[Advice], word: impl Fn(&Advice) -> String) -> String {
     if options.is_empty() {
         return text.to_owned();
     }

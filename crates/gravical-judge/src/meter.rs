@@ -4,21 +4,23 @@ use std::io::{self, Read};
 use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
 use std::sync::{Arc, Mutex};
 
-use crate::bytes::tap;
-
 /// Counts the bytes of recordings as they are read. Give a clone to
 /// [`ReadOptions`](crate::ReadOptions), and query it from another thread.
 ///
 /// ```
-/// use gravical_recording::{Meter, ReadOptions, read_bytes};
+/// use std::io::Read;
+///
+/// use gravical_judge::Meter;
 ///
 /// let meter = Meter::default();
-/// let options = ReadOptions { meter: Some(meter.clone()), ..ReadOptions::default() };
 /// let text = b"t,ax,ay,az\n0.00,0,0,9.8\n0.01,0,0,9.8\n";
-/// read_bytes(text, "desk.csv", &options)?;
+/// let mut reader = meter.over("desk.csv", Some(37), Box::new(&text[..]));
+/// reader.read_to_end(&mut Vec::new())?;
 /// let progress = meter.progress();
 /// assert_eq!((progress.read, progress.total), (37, Some(37)));
-/// # Ok::<(), gravical_recording::Error>(())
+/// meter.stop();
+/// assert!(reader.read(&mut [0]).is_err());
+/// # Ok::<(), std::io::Error>(())
 /// ```
 #[derive(Debug, Clone, Default)]
 pub struct Meter(Arc<State>);
@@ -57,16 +59,6 @@ impl Meter {
     /// Ends reading: what is being read, and what is opened later, fails with `io`; a
     /// motion ends in the same way. For a user who does not
     /// want to wait.
-    ///
-    /// ```
-    /// use gravical_recording::{Meter, ReadOptions, read_bytes};
-    ///
-    /// let meter = Meter::default();
-    /// let options = ReadOptions { meter: Some(meter.clone()), ..ReadOptions::default() };
-    /// meter.stop();
-    /// let text = b"t,ax,ay,az\n0.00,0,0,9.8\n0.01,0,0,9.8\n";
-    /// assert!(read_bytes(text, "desk.csv", &options).is_err());
-    /// ```
     pub fn stop(&self) {
         self.0.stopped.store(true, Ordering::Relaxed);
     }
@@ -83,7 +75,7 @@ impl Meter {
     }
 
     /// Wraps `reader` and counts its bytes from the beginning.
-    pub(crate) fn over(
+    pub fn over(
         &self,
         name: &str,
         total: Option<u64>,
@@ -103,5 +95,26 @@ impl Meter {
             }
             Ok(())
         })
+    }
+}
+
+/// Shows the bytes that are read to a function, which may end the reading.
+pub fn tap(
+    inner: Box<dyn Read + Send>,
+    see: impl FnMut(&[u8]) -> io::Result<()> + Send + 'static,
+) -> Box<dyn Read + Send> {
+    Box::new(Tap { inner, see })
+}
+
+struct Tap<F> {
+    inner: Box<dyn Read + Send>,
+    see: F,
+}
+
+impl<F: FnMut(&[u8]) -> io::Result<()>> Read for Tap<F> {
+    fn read(&mut self, buffer: &mut [u8]) -> io::Result<usize> {
+        let n = self.inner.read(buffer)?;
+        (self.see)(&buffer[..n])?;
+        Ok(n)
     }
 }

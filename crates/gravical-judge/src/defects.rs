@@ -2,8 +2,8 @@
 
 use std::ops::Range;
 
-use super::cells::median;
-use super::unit::quiet_norm;
+use crate::accel_unit::quiet_norm;
+use crate::cells::median;
 use crate::finding::{Case, Finding};
 use crate::spans::LineSpans;
 
@@ -42,7 +42,7 @@ fn repeats(channels: &[&[f64]]) -> Vec<Range<usize>> {
 }
 
 /// Rows in a row in which the accelerometer reads zero on all axes: it was not read.
-pub(crate) fn unread_runs(accel: [&[f64]; 3]) -> Vec<Range<usize>> {
+pub fn unread_runs(accel: [&[f64]; 3]) -> Vec<Range<usize>> {
     let is_zero = |run: &Range<usize>| accel.iter().all(|axis| axis[run.start] == 0.0);
     let mut runs = repeats(&accel);
     runs.retain(|run| run.len() >= ZEROS_IN_A_ROW && is_zero(run));

@@ -43,7 +43,7 @@ impl Role {
     }
 
     /// A name for a column that holds it; `column` counts from 0.
-    pub(crate) fn name(self, column: usize) -> String {
+    pub fn name(self, column: usize) -> String {
         let named = NAMES.iter().find(|(role, _)| *role == self);
         let name = named.and_then(|(_, names)| names.split(' ').next());
         name.map_or_else(|| format!("c{}", column + 1), str::to_owned)

@@ -31,7 +31,7 @@ const COUNT_ENDS: [f64; 2] = [32764.0, 32768.0];
 
 /// Detects clipping of a channel.
 #[derive(Debug, Clone, Default)]
-pub(crate) struct Clipping {
+pub struct Clipping {
     /// Intervals of magnitudes at an end of the range, in the unit of the file.
     ends: Vec<[f64; 2]>,
     /// The values are counts, whose end is certain. In physical units a single value at a full

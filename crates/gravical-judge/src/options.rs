@@ -84,8 +84,8 @@ pub struct ReadOptions {
     #[cfg_attr(feature = "clap", arg(skip))]
     #[doc(hidden)]
     pub likely_time_unit: Option<TimeUnit>,
-    /// The file holds the gyroscope of another one: its axes are read as [`Recording::accel`](crate::Recording::accel), and are not
-    /// judged by gravity.
+    /// The file holds the gyroscope of another one: its axes are read as those of an
+    /// accelerometer, and are not judged by gravity.
     #[serde(skip)]
     #[cfg_attr(feature = "clap", arg(skip))]
     #[doc(hidden)]
@@ -93,8 +93,7 @@ pub struct ReadOptions {
 }
 
 impl ReadOptions {
-    /// The same options for a recording whose gyroscope is in a separate file
-    /// ([`join_gyroscope`](crate::join_gyroscope)): gyroscope columns named by the user belong to that file.
+    /// The same options for a recording whose gyroscope is in a separate file: gyroscope columns named by the user belong to that file.
     pub fn beside_gyroscope_file(&self) -> Self {
         ReadOptions {
             columns: self.columns.as_ref().and_then(of_accelerometer),

@@ -148,7 +148,7 @@ fn find<U: Copy>(units: &[Spellings<U>], word: &str) -> Option<Spellings<U>> {
 }
 
 /// Whether a word is one of a list, in which blanks separate the words.
-pub(crate) fn is_listed(list: &str, word: &str) -> bool {
+pub fn is_listed(list: &str, word: &str) -> bool {
     !word.is_empty() && list.split(' ').any(|w| w == word)
 }
 
@@ -159,7 +159,7 @@ impl AccelUnit {
     }
 
     /// Counts per g of a unit that is read as counts.
-    pub(crate) fn per_g(text: &str) -> Option<f64> {
+    pub fn per_g(text: &str) -> Option<f64> {
         find(&ACCEL_UNITS, &squeeze(text))?.2
     }
 }
@@ -177,7 +177,7 @@ impl GyroUnit {
     }
 
     /// Counts per °/s of a unit that is read as counts.
-    pub(crate) fn per_deg_s(text: &str) -> Option<f64> {
+    pub fn per_deg_s(text: &str) -> Option<f64> {
         find(&GYRO_UNITS, &squeeze(text))?.2
     }
 }
@@ -197,12 +197,13 @@ fn squeeze(text: &str) -> String {
         .collect()
 }
 
-pub(crate) fn is_celsius(text: &str) -> bool {
+/// Whether a text is a unit of temperature.
+pub fn is_celsius(text: &str) -> bool {
     is_listed("c °c ℃ degc 'c degreescelsius celsius", &squeeze(text))
 }
 
 /// True for the unit of any quantity that recorders measure, as in a row of units.
-pub(crate) fn is_unit(text: &str) -> bool {
+pub fn is_unit(text: &str) -> bool {
     const OTHERS: &str = "ut µt μt mt nt gauss mgauss hpa pa kpa mbar v mv % ° m mm m/s hz nounits \
         unitless n/a - localflux localfluxunits kohms cal yyyy/mm/ddhh:mm:ss.sss";
     AccelUnit::parse(text).is_some()
@@ -213,7 +214,7 @@ pub(crate) fn is_unit(text: &str) -> bool {
 }
 
 /// The units of time, in the order of the enum: seconds of one, and its spellings.
-pub(crate) const TIME_UNITS: [(TimeUnit, f64, &str); 7] = [
+pub const TIME_UNITS: [(TimeUnit, f64, &str); 7] = [
     (TimeUnit::Second, 1.0, "s sec secs second seconds"),
     (TimeUnit::Millisecond, 1e-3, MILLISECONDS),
     (TimeUnit::Microsecond, 1e-6, MICROSECONDS),
@@ -233,7 +234,7 @@ impl TimeUnit {
     }
 
     /// The unit of so many seconds.
-    pub(crate) fn of_seconds(seconds: f64) -> Option<Self> {
+    pub fn of_seconds(seconds: f64) -> Option<Self> {
         let is_it = |u: &&(Self, f64, &str)| (u.1 / seconds - 1.0).abs() < 1e-9;
         TIME_UNITS.iter().find(is_it).map(|u| u.0)
     }
@@ -247,7 +248,7 @@ impl TimeUnit {
 }
 
 /// Seconds of one unit of time, which may have a number: `ms`, `[10ms]`.
-pub(crate) fn time_scale_s(text: &str) -> Option<f64> {
+pub fn time_scale_s(text: &str) -> Option<f64> {
     let text: String = text.chars().filter(|c| !"[]() ".contains(*c)).collect();
     let word = text.trim_start_matches(|c: char| c.is_ascii_digit());
     let many: f64 = text[..text.len() - word.len()].parse().unwrap_or(1.0);
@@ -361,22 +362,3 @@ pub const LSB_PER_DEG_S: [f64; 8] = [
     1000.0 / 35.0,
     1000.0 / 70.0,
 ];
-
-/// How numbers of the converter were written.
-#[derive(Clone, Copy, PartialEq, Eq, Debug, Serialize)]
-#[serde(rename_all = "kebab-case")]
-pub enum Encoding {
-    /// 65535 is −1
-    TwosComplement,
-    /// 32768 is 0
-    OffsetBinary,
-}
-
-impl fmt::Display for Encoding {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        f.write_str(match self {
-            Encoding::TwosComplement => "65535 is -1",
-            Encoding::OffsetBinary => "32768 is 0",
-        })
-    }
-}

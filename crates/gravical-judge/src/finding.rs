@@ -160,10 +160,13 @@ pub struct Kind {
     pub remedy: &'static str,
 }
 
-/// A value of a finding; what JSON cannot say is null.
+/// Adds a value to those of a finding; what JSON cannot say is null. A function, since there are hundreds of values.
 #[doc(hidden)]
-pub fn value(of: &impl Serialize) -> Value {
-    serde_json::to_value(of).unwrap_or_default()
+pub fn add(values: &mut Map, name: &str, value: &impl Serialize) {
+    fn insert(values: &mut Map, name: &str, value: serde_json::Result<Value>) {
+        values.insert(name.to_owned(), value.unwrap_or_default());
+    }
+    insert(values, name, serde_json::to_value(value));
 }
 
 #[doc(hidden)]
@@ -224,7 +227,7 @@ macro_rules! findings {
                 let mut values = $crate::finding::Map::new();
                 match &self {
                     $($(Case::$case { $($($field),*)? } => {
-                        $($(values.insert(stringify!($field).to_owned(), $crate::finding::value($field));)*)?
+                        $($($crate::finding::add(&mut values, stringify!($field), $field);)*)?
                     })+)*
                 }
                 $crate::finding::Finding::from_case(self.row(), &self, values)

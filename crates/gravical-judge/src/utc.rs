@@ -1,13 +1,13 @@
 //! Times in UTC, to the second: when a session was recorded, when a result was computed.
 //!
 //! ```
-//! use gravical_recording::utc::UtcTime;
+//! use gravical_judge::utc::UtcTime;
 //!
 //! let time: UtcTime = "2026-03-09T12:15:00+02:00".parse()?;
 //! assert_eq!(time.to_string(), "2026-03-09T10:15:00Z");
 //! // Without a zone it is UTC; a date alone is its midnight.
 //! assert_eq!("2026-03-09".parse::<UtcTime>()?.minute(), "2026-03-09 00:00");
-//! # Ok::<(), gravical_recording::Error>(())
+//! # Ok::<(), gravical_judge::Error>(())
 //! ```
 
 use std::fmt;

@@ -67,6 +67,19 @@ impl Error {
         }))
     }
 
+    /// What [`errors!`](crate::errors) makes of a case.
+    #[doc(hidden)]
+    pub fn of_row(
+        category: Category,
+        code: &'static str,
+        said: fmt::Arguments<'_>,
+        hint: Option<&fmt::Arguments<'_>>,
+    ) -> Self {
+        let mut error = Self::new(category, code, fmt::format(said));
+        error.0.hint = hint.map(|hint| fmt::format(*hint));
+        error
+    }
+
     /// The recording or file does not contain what is needed.
     pub fn input(code: &'static str, message: impl Into<String>) -> Self {
         Self::new(Category::Input, code, message)
@@ -122,7 +135,7 @@ impl Error {
     }
 
     /// Adds the line, from 1, of a file that whoever opened it [adds](Error::in_file).
-    pub(crate) fn at_line(self, line: usize) -> Self {
+    pub fn at_line(self, line: usize) -> Self {
         self.at(Path::new(""), Some(line as u64))
     }
 
@@ -264,6 +277,20 @@ impl std::error::Error for Error {
     }
 }
 
+#[doc(hidden)]
+#[macro_export]
+macro_rules! category {
+    (input) => {
+        $crate::Category::Input
+    };
+    (usage) => {
+        $crate::Category::Usage
+    };
+    (device) => {
+        $crate::Category::Device
+    };
+}
+
 /// The enum `Problem` of what a crate refuses, and `Problem::error`.
 ///
 /// ```ignore
@@ -290,13 +317,14 @@ macro_rules! errors {
         impl Problem {
             /// The error, to which place and options are added.
             #[allow(unused_variables)]
-            pub(crate) fn error(self) -> $crate::Error {
+            pub fn error(self) -> $crate::Error {
                 match self {
-                    $($(Problem::$case { $($($field),*)? } => {
-                        let error = $crate::Error::$category($code, format!($said $(, $part)*));
-                        $(let error = error.with_hint(format!($hint $(, $hint_part)*));)?
-                        error
-                    })+)*
+                    $($(Problem::$case { $($($field),*)? } => $crate::Error::of_row(
+                        $crate::category!($category),
+                        $code,
+                        format_args!($said $(, $part)*),
+                        [$(format_args!($hint $(, $hint_part)*))?].first(),
+                    ),)+)*
                 }
             }
         }

@@ -2,12 +2,14 @@
 
 use std::path::{Path, PathBuf};
 
-use super::unit::other_range;
-use super::{Calibration, InputFile};
+use gravical_judge::utc::UtcTime;
+use gravical_recording::output::ends_in;
+use gravical_recording::source::entries;
+
+use crate::Result;
+use crate::calibration_file::{Calibration, InputFile, other_range};
 use crate::problem::Problem;
 use crate::recording::{AccelScale, AccelUnit, Recording, common_serial};
-use crate::utc::UtcTime;
-use crate::{Error, Result};
 
 /// A calibration of a folder.
 struct Found {
@@ -111,12 +113,8 @@ pub fn find_calibration(
 ///
 /// Those of the file system.
 pub fn json_files(folder: &Path) -> Result<Vec<PathBuf>> {
-    let entries = std::fs::read_dir(folder).map_err(|e| Error::io(folder, e))?;
-    let paths = entries.map(|entry| Ok(entry.map_err(|e| Error::io(folder, e))?.path()));
-    let mut paths = paths.collect::<Result<Vec<PathBuf>>>()?;
-    let is_json = |e: &std::ffi::OsStr| e.eq_ignore_ascii_case("json");
-    paths.retain(|p| p.extension().is_some_and(is_json));
-    paths.sort();
+    let mut paths = entries(folder)?;
+    paths.retain(|path| ends_in(path, "json"));
     Ok(paths)
 }
 
@@ -143,5 +141,5 @@ fn calibrations(folder: &Path) -> Result<Vec<Found>> {
 
 fn claims_calibration(path: &Path) -> bool {
     let text = std::fs::read(path).unwrap_or_default();
-    memchr::memmem::find(&text, b"\"gravical-calibration/").is_some()
+    String::from_utf8_lossy(&text).contains("\"gravical-calibration/")
 }

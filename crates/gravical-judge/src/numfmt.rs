@@ -1,12 +1,6 @@
 //! Numbers as text, with significant digits. A minus is a hyphen here; pages use the
 //! typographic sign.
 
-use gravical_fit::Face;
-
-/// Names of the axes.
-#[doc(hidden)]
-pub const AXES: [char; 3] = ['x', 'y', 'z'];
-
 /// Decimals that show `uncertainty` with two digits, 0 to 6.
 pub fn decimals_for(uncertainty: f64) -> usize {
     if !(uncertainty.is_finite() && uncertainty > 0.0) {
@@ -123,29 +117,4 @@ pub fn count(n: impl std::fmt::Display, word: &str) -> String {
     let n = n.to_string();
     let ending = if n == "1" { "" } else { "s" };
     format!("{n} {word}{ending}")
-}
-
-/// A direction of specific force as an attitude of the case: `x up`, or `x up, tilted 30°, z lowered`.
-#[doc(hidden)]
-pub fn in_words(n: [f64; 3]) -> String {
-    let (face, angle_deg) = Face::nearest(n);
-    let name = |face: Face| AXES[face.axis];
-    let up = format!("{} {}", name(face), if face.up { "up" } else { "down" });
-    if angle_deg < 12.0 {
-        return up;
-    }
-    let moved = |face: Face| {
-        let how = if face.up { "raised" } else { "lowered" };
-        format!("{} {how}", name(face))
-    };
-    let mut rest = n;
-    rest[face.axis] = 0.0;
-    let (second, aside_deg) = Face::nearest(rest);
-    rest[second.axis] = 0.0;
-    let third = if aside_deg < 15.0 {
-        String::new()
-    } else {
-        format!(", {}", moved(Face::nearest(rest).0))
-    };
-    format!("{up}, tilted {angle_deg:.0}°, {}{third}", moved(second))
 }

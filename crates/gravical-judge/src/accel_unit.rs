@@ -3,12 +3,10 @@
 
 use gravical_core::unit::STANDARD_GRAVITY_MPS2;
 
-use super::cells::median;
-use crate::error::Error;
+use crate::cells::median;
 use crate::finding::{Case, Finding};
 use crate::full_scale::range_of_16_bits;
 use crate::options::ReadOptions;
-use crate::problem::Problem;
 use crate::units::{AccelScale, AccelUnit, Origin, Units};
 
 /// Rows of a block whose spread tells rest from motion.
@@ -354,19 +352,20 @@ const RANGE_RATIOS: [f64; 3] = [2.0, 4.0, 8.0];
 /// Counts at or near the end of the range of a 16-bit converter.
 const FULL: f64 = 32_700.0;
 
-/// Refuses rows in which the magnitude at rest jumps from gravity to another value and stays there:
-/// under another unit or range, or in other columns, because the bus lost a byte. No motion can cause
-/// this, since a sensor at rest measures 1 g.
-///
-/// # Errors
-///
-/// `unit-changed`, `shifted-columns`, with the line.
-pub fn refuse_jump(
-    accel: &[Vec<f64>; 3],
-    gyro: Option<&[Vec<f64>; 3]>,
-    lines: &[u32],
-    head_lines: usize,
-) -> Result<(), Error> {
+/// The magnitude at rest jumps from gravity to another value, and stays there.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Jump {
+    /// Magnitude at rest before and after it
+    pub norms: [f64; 2],
+    /// The first row after it
+    pub row: usize,
+    /// Both may be gravity, under two units or ranges; otherwise the values stand in other columns, because the bus
+    /// lost a byte
+    pub is_of_unit: bool,
+}
+
+/// The first jump of the magnitude at rest. No motion can cause one, since a sensor at rest measures 1 g.
+pub fn find_jump(accel: &[Vec<f64>; 3], gyro: Option<&[Vec<f64>; 3]>) -> Option<Jump> {
     let norm = |row: usize| accel.iter().map(|c| c[row] * c[row]).sum::<f64>().sqrt();
     let is_near = |a: f64, b: f64| (a / b - 1.0).abs() <= ONE_UNIT;
     let is_full = |block: &[&[f64]; 3]| block.iter().any(|c| c.iter().any(|v| v.abs() >= FULL));
@@ -394,23 +393,20 @@ pub fn refuse_jump(
             continue;
         };
         let is_shifted = || gyro.is_some_and(|gyro| is_shifted(block, gyro, start, before));
-        let is_other_unit = is_other_unit(before, other, block);
-        if !is_other_unit && !is_shifted() {
+        let is_of_unit = is_other_unit(before, other, block);
+        if !is_of_unit && !is_shifted() {
             continue;
         }
         let between = (before * other).sqrt();
         let is_new = |row: &usize| (norm(*row) > between) == (other > between);
         let near = from.saturating_sub(BLOCK_ROWS)..from + BLOCK_ROWS;
-        let line = lines[near.rev().take_while(is_new).last().unwrap_or(from)] as usize;
-        let (norms, head) = ([before, other], head_lines);
-        let problem = if is_other_unit {
-            Problem::UnitChanged { norms, line, head }
-        } else {
-            Problem::ShiftedColumns { norms, line, head }
-        };
-        return Err(problem.error().at_line(line));
+        return Some(Jump {
+            norms: [before, other],
+            row: near.rev().take_while(is_new).last().unwrap_or(from),
+            is_of_unit,
+        });
     }
-    Ok(())
+    None
 }
 
 /// Whether the six channels are shifted by some places in a block at rest: three others, one after the

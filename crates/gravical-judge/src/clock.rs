@@ -2,7 +2,7 @@
 
 use std::ops::Range;
 
-use super::cells::{median, trend};
+use crate::cells::{median, trend};
 use crate::units::TIME_UNITS;
 use crate::utc::UtcTime;
 
@@ -20,8 +20,8 @@ const LIKELY_RATE_HZ: f64 = 100.0;
 const DAY_S: f64 = 86_400.0;
 /// A sensor cannot warm faster, °C/s.
 const MAX_WARMING_C_PER_S: f64 = 2.0;
-/// A longer step, in usual ones, is a pause, a gap, or a wait for a buffer.
-const PAUSE: f64 = 4.5;
+/// A longer step, in usual ones, is a gap: a pause, a wait for a buffer, or more than four samples are missing.
+pub const GAP_PERIODS: f64 = 4.5;
 /// A buffer that is sent at once holds fewer samples than this.
 const MAX_BURST_ROWS: usize = 20;
 /// Smallest number of waits of equal length that are bursts.
@@ -139,7 +139,8 @@ pub fn clock(mut stamps: Vec<f64>, options: ClockOptions<'_>) -> Result<Times, C
     let start = stamps.iter().copied().find(|s| s.is_finite());
     let mut start = start.ok_or(ClockFault::Frozen)?;
     let ticks = positive_steps(&stamps).count();
-    let coarse = burst_rate(&stamps, 0.0..PAUSE * usual).filter(|_| 2 * ticks + 1 < stamps.len());
+    let coarse =
+        burst_rate(&stamps, 0.0..GAP_PERIODS * usual).filter(|_| 2 * ticks + 1 < stamps.len());
     let period = coarse.map_or(usual, f64::recip);
     let is_possible = |unit: &(f64, bool)| POSSIBLE_RATES_HZ.contains(&(1.0 / (period * unit.0)));
     let unit = match options.unit_s {
@@ -174,7 +175,7 @@ fn is_one(rows: &[usize], row: usize) -> bool {
 
 /// A usual step advances and is no gap.
 fn is_usual(step: f64, usual: f64) -> bool {
-    step > 0.0 && step < PAUSE * usual
+    step > 0.0 && step < GAP_PERIODS * usual
 }
 
 fn is_near(step: f64, usual: f64) -> bool {
@@ -350,7 +351,7 @@ impl Times {
             let step = t - std::mem::replace(&mut before, *t);
             stamped += 1;
             self.duration_s = self.duration_s.max(*t);
-            if step > PAUSE * usual {
+            if step > GAP_PERIODS * usual {
                 if is_one(options.pauses, row) && !is_one(options.gaps, row) {
                     (pauses, paused) = (pauses + 1, paused + step);
                     continue;
@@ -365,10 +366,10 @@ impl Times {
         let rows = stamped as f64 - 1.0 - f64::from(pauses);
         let mean = (rows > 0.0 && recorded > 0.0).then(|| rows / recorded);
         self.mean_rate_hz = coarse.or(mean);
-        let waits = steps.iter().copied().filter(|s| *s > PAUSE * usual);
+        let waits = steps.iter().copied().filter(|s| *s > GAP_PERIODS * usual);
         let wait = median(waits).filter(|_| coarse.is_none());
-        let pause = PAUSE * wait.unwrap_or(usual);
-        let bursts = coarse.or_else(|| burst_rate(&self.time_s, PAUSE * usual..pause));
+        let pause = GAP_PERIODS * wait.unwrap_or(usual);
+        let bursts = coarse.or_else(|| burst_rate(&self.time_s, GAP_PERIODS * usual..pause));
         let bursts = bursts.or(mean).unwrap_or(0.0);
         let is_bunched = |s: &&f64| (0.0..MAX_BURST_STEP / bursts).contains(*s);
         let bursty_steps = steps.iter().filter(is_bunched).count();
@@ -455,7 +456,7 @@ fn wrap_period(before: f64, now: f64, usual: f64, unit_s: f64) -> Option<f64> {
 /// Whether the long steps are pauses of the recorder and not waits for a full buffer: they are
 /// rare and of different lengths, and the stamps between them are evenly spaced.
 fn has_only_pauses(steps: &[f64], usual: f64) -> bool {
-    let waits = steps.iter().copied().filter(|s| *s > PAUSE * usual);
+    let waits = steps.iter().copied().filter(|s| *s > GAP_PERIODS * usual);
     let mut waits: Vec<f64> = waits.collect();
     let even = steps.iter().filter(|s| is_near(**s, usual)).count();
     // Allows for some lost samples.

@@ -3,6 +3,11 @@
 /// Median of the finite values.
 pub fn median(values: impl IntoIterator<Item = f64>) -> Option<f64> {
     let mut values: Vec<f64> = values.into_iter().filter(|v| v.is_finite()).collect();
+    middle(&mut values)
+}
+
+/// The upper one of two.
+fn middle(values: &mut [f64]) -> Option<f64> {
     let middle = values.len() / 2;
     (!values.is_empty()).then(|| *values.select_nth_unstable_by(middle, f64::total_cmp).1)
 }
@@ -13,19 +18,4 @@ pub fn trend(values: &[f64]) -> (f64, f64) {
     let up = values.windows(2).filter(|w| w[1] > w[0]).count() as f64;
     let down = values.windows(2).filter(|w| w[1] < w[0]).count() as f64;
     (up / steps, down / steps)
-}
-
-/// Smallest number of rows for holding values.
-const SPARSE_ROWS: usize = 20;
-
-/// Whether so many rows lack a value that each channel may be written when it arrives.
-pub(crate) fn is_sparse(channels: &[&[f64]]) -> bool {
-    let rows = channels[0].len();
-    let lacks = |row: &usize| channels.iter().any(|c| c[*row].is_nan());
-    are_many((0..rows).filter(lacks).count(), rows)
-}
-
-/// Whether so many of the rows are enough for it.
-pub(crate) fn are_many(lacking: usize, rows: usize) -> bool {
-    rows >= SPARSE_ROWS && 5 * lacking > rows
 }
