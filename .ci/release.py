@@ -45,7 +45,12 @@ def check(tag: str | None) -> list[str]:
             faults.append(f"Cargo.toml: {name} {pinned} is not {version}")
     if "Until this version is released" in section(version)[1]:
         faults.append("CHANGELOG.md: the section still says 'Until this version is released'")
-    for name, words in [("README.md", "Nothing is published yet"), ("docs/browser.md", "none is out yet")]:
+    unpublished = {
+        "README.md": "Nothing is published yet",
+        "docs/browser.md": "none is out yet",
+        "docs/python.md": "pip install ./crates/gravical-python",
+    }
+    for name, words in unpublished.items():
         if words in read(name):
             faults.append(f"{name} still says '{words}'")
     if "/OWNER/" in workspace("repository"):
