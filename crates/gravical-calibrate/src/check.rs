@@ -219,7 +219,7 @@ pub fn check(
         StillCheck::new(of(interval), interval, length, *counts, &options.axes)
     });
     let static_intervals: Vec<StillCheck> = stills.collect();
-    circumstances(calibration, recordings, &intervals, &mut findings);
+    context_findings(calibration, recordings, &intervals, &mut findings);
     let values = [calibration.gravity_mps2, gravity.value_mps2];
     findings.extend(gravity_differs(values, ["in the calibration", "here"]));
     findings.sort_by_key(|f| std::cmp::Reverse(f.severity));
@@ -528,7 +528,7 @@ fn counts(intervals: &[Pose], fitted: &[bool]) -> Vec<bool> {
 }
 
 /// Quality, inputs, clipping, temperature.
-fn circumstances(
+fn context_findings(
     calibration: &Calibration,
     recordings: &[Recording],
     intervals: &[Pose],

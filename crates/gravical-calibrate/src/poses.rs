@@ -169,7 +169,7 @@ pub fn segment(recordings: &[Recording], options: &SegmentOptions) -> Result<Seg
         }
     }
     if intervals.is_empty() {
-        let error = found::never_still(&recordings[0]);
+        let error = found::no_rest(&recordings[0]);
         return Err(after(error, &unused));
     }
     let gyro_scale = judge_gyroscope(recordings, &intervals, &mut findings);

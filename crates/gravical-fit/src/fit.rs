@@ -125,13 +125,13 @@ pub(crate) fn converged(
 ) -> Result<Fit, Undetermined> {
     let open = || Undetermined::of(poses);
     let mut found = search.converge().ok_or_else(open)?;
-    let mut misfits = search.misfits();
-    while misfits.iter().any(|(k, _)| search.is_outlier(*k, &found)) {
-        for (k, chance) in misfits {
+    let mut suspects = search.suspects();
+    while suspects.iter().any(|(k, _)| search.is_outlier(*k, &found)) {
+        for (k, chance) in suspects {
             search.poses[k].bad = Some(chance);
         }
         found = search.converge().ok_or_else(open)?;
-        misfits = search.misfits();
+        suspects = search.suspects();
     }
     let (direction, sd_mps2) = least_known(&found, options.gravity).ok_or_else(open)?;
     if sd_mps2.is_nan() || sd_mps2 > UNDETERMINED * options.gravity {

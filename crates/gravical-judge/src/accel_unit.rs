@@ -245,7 +245,7 @@ struct AtRest<'a> {
 
 impl AtRest<'_> {
     /// The unit and, of counts, counts per g that gravity shows; contradictions of the header and
-    /// of ranges are told.
+    /// of ranges are reported.
     fn read_as(&mut self, unit: AccelUnit, measured_lsb: Option<f64>) -> AccelScale {
         let is_counts = unit == AccelUnit::Counts;
         let lsb = self.given_lsb.or(measured_lsb).filter(|_| is_counts);

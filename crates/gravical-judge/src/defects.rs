@@ -25,7 +25,7 @@ const JUMP: f64 = 2.5;
 /// Largest number of rows per run of repeats that ends with a jump; a rest every four seconds at
 /// 25 Hz is as rare.
 const ROWS_OF_RUN: usize = 100;
-/// Repeated rows from which on they are told.
+/// Repeated rows from which on they are reported.
 const MIN_REPEATS: u64 = 10;
 
 /// Runs of rows, two or more, in each of which all channels repeat the row before.

@@ -29,7 +29,7 @@ pub enum Severity {
 }
 
 /// One thing that was found, its lines, and what was done.
-#[must_use = "a finding is told"]
+#[must_use = "a finding is reported"]
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub struct Finding {

@@ -1,4 +1,4 @@
-//! What columns of measurements say, and how that is told.
+//! What columns of measurements show of clock, unit and defects, and the types of findings and errors.
 //!
 //! The API is internal to gravical and may change.
 //!

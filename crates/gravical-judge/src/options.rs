@@ -1,4 +1,4 @@
-//! What the user specifies about a recording; everything else is told from the file.
+//! What the user specifies about a recording; everything else is recognised from the file.
 
 use std::str::FromStr;
 

@@ -32,7 +32,7 @@ const MAX_OFF: f64 = 0.35;
 const MAX_TURNING_DEG_S: f64 = 5.0;
 
 /// The remedy for what moved.
-pub(crate) const LET_GO: &str = "Lay it down, take the hand off, and wait.";
+pub(crate) const RELEASE_HINT: &str = "Lay it down, take the hand off, and wait.";
 
 /// The state after a whole block.
 #[derive(Debug, Clone, PartialEq)]
@@ -211,7 +211,7 @@ impl Units {
         let rate_deg_s = (rate / self.gyro_nominal?).to_degrees();
         (rate_deg_s > MAX_TURNING_DEG_S).then(|| {
             let text = format!(
-                "It turns steadily: {rate_deg_s:.0} °/s more than in the first rest. {LET_GO}"
+                "It turns steadily: {rate_deg_s:.0} °/s more than in the first rest. {RELEASE_HINT}"
             );
             (Rejection::Moved, text)
         })

@@ -21,7 +21,7 @@ use crate::event::{Command, Event, Loss, Message, Pose, Rejection, State, Status
 use crate::folder::{Journal, section};
 use crate::options::LiveOptions;
 use crate::problem::Problem;
-use crate::rest::{Fault, LET_GO, Stillness, StillnessDetector, UNSCALED, Units, block};
+use crate::rest::{Fault, RELEASE_HINT, Stillness, StillnessDetector, UNSCALED, Units, block};
 use crate::words::{any_of, face_of, sentence};
 
 /// Poses closer than this are the same, degrees.
@@ -567,7 +567,7 @@ impl Session {
         }
         let progress_s = hold.rows.len() as f64 / self.rate_hz - self.options.settle_s;
         if self.units.is_some() && progress_s > MIN_PROGRESS * self.options.capture_s {
-            let text = format!("It moved after {progress_s:.1} s. {LET_GO}");
+            let text = format!("It moved after {progress_s:.1} s. {RELEASE_HINT}");
             self.reject((Rejection::Moved, text));
         }
     }

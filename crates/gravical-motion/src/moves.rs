@@ -38,7 +38,7 @@ const STRIKE_S: f64 = 0.1;
 const MIN_GAINED_MPS: f64 = 1.0;
 
 /// The first second of a rest.
-fn closing(model: &Model<'_>, rest: &Range<usize>) -> Range<usize> {
+fn zero_velocity_window(model: &Model<'_>, rest: &Range<usize>) -> Range<usize> {
     let count = model.samples.count_in(CLOSING_S).max(2);
     rest.start..rest.start.saturating_add(count).min(rest.end)
 }
@@ -153,16 +153,16 @@ impl MoveSegment {
 pub(crate) fn pass(filter: &mut Filter<'_>, rest: &Range<usize>, recorder: &mut Recorder) {
     let model = filter.model;
     let from = rest.start.max(filter.at);
-    let closing = from..closing(&model, rest).end.max(from + 1);
+    let zero_velocity_window = from..zero_velocity_window(&model, rest).end.max(from + 1);
     // What shakes more than the rests do may have some speed.
     let usual = model.noise.rest.force.sum();
-    let shaken = tremor(model.samples, &closing).unwrap_or(usual) / usual;
+    let shaken = tremor(model.samples, &zero_velocity_window).unwrap_or(usual) / usual;
     let speed_sd_mps = REST_SPEED_MPS * shaken.sqrt().clamp(1.0, MAX_SHAKEN);
-    filter.rest(&closing, speed_sd_mps, recorder);
+    filter.rest(&zero_velocity_window, speed_sd_mps, recorder);
     filter.apply_zero_velocity(rest.end.max(filter.at + 1) - 1, recorder);
     let (time_s, last) = (&model.samples.time_s, filter.at);
     let since = time_s.partition_point(|t| *t < time_s[last] - LEADING_S);
-    let leading = closing.end.max(since)..last + 1;
+    let leading = zero_velocity_window.end.max(since)..last + 1;
     if leading.len() > MIN_LEADING {
         filter.rest(&leading, REST_SPEED_MPS, recorder);
     }

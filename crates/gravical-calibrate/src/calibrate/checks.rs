@@ -159,7 +159,7 @@ fn of_fit(estimate: &Estimate, fit: &Fit, placements: &[Pose]) -> Vec<Finding> {
     findings
 }
 
-/// What else than noise, and than a bad pose that is told by itself, explains the session.
+/// What else than noise, and than a bad pose that is reported by itself, explains the session.
 fn explanations(
     poses: &[PoseResult],
     reliability: &Reliability,

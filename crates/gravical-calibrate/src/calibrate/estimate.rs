@@ -191,10 +191,10 @@ pub(super) fn standard_error(pose: &Pose, session: &Session<'_>, scale: f64) -> 
 
 /// Names were held against the data when the session was cut.
 fn hint(pose: &Pose, options: &EstimateOptions) -> Hint {
-    if options.free.iter().any(|n| is_called(pose, n)) {
+    if options.free.iter().any(|n| matches_name(pose, n)) {
         return Hint::Free;
     }
-    if options.face.iter().any(|n| is_called(pose, n)) {
+    if options.face.iter().any(|n| matches_name(pose, n)) {
         return pose.face.map_or(Hint::Open, Hint::Face);
     }
     match (pose.claim, pose.face) {
@@ -204,7 +204,7 @@ fn hint(pose: &Pose, options: &EstimateOptions) -> Hint {
 }
 
 /// True when `name` is the label of a pose, its face (`+x`: all poses on it), or its file.
-fn is_called(pose: &Pose, name: &str) -> bool {
+fn matches_name(pose: &Pose, name: &str) -> bool {
     let stem = gravical_recording::source::stem(&pose.source);
     let file = std::path::Path::new(&pose.source).file_name();
     pose.label == name
@@ -219,7 +219,7 @@ fn check_names(session: &Session<'_>) -> Result<()> {
     let (poses, options) = (&session.segmentation.poses, &session.options.estimate);
     for (option, names) in [("free_pose", &options.free), ("face_pose", &options.face)] {
         for name in names {
-            let pose = poses.iter().find(|p| is_called(p, name));
+            let pose = poses.iter().find(|p| matches_name(p, name));
             let name = name.clone();
             let problem = match pose {
                 None => {

@@ -80,7 +80,7 @@ fn gyroscope(
             let outliers = each.filter(|(_, motion)| !motion.used);
             let outliers = outliers.map(|(place, _)| (LeftOut::Outlier, place.clone()));
             readings.left_out.extend(outliers);
-            odd.extend(oddities(motions, nominal));
+            odd.extend(gyro_findings(motions, nominal));
             by_motions(&readings, motions)
         }
         open => {
@@ -193,7 +193,7 @@ fn motions_left_out(readings: &Readings<'_>) -> Vec<Finding> {
 }
 
 /// What is odd about the fit itself.
-fn oddities(fit: &MotionFit, nominal: Option<f64>) -> Vec<Finding> {
+fn gyro_findings(fit: &MotionFit, nominal: Option<f64>) -> Vec<Finding> {
     let mut findings = Vec::new();
     if fit.typical_rad > gravical_fit::MISFIT_RAD {
         let angle_deg = fit.typical_rad.to_degrees();

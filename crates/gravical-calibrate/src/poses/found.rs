@@ -57,7 +57,7 @@ pub(super) fn in_recording(
         let rows = recording.rows();
         let problem = match &rests[..] {
             [] if few => Problem::FewRows { rows },
-            [] => return Err(never_still(recording)),
+            [] => return Err(no_rest(recording)),
             _ if is_brief || is_assumed && is_hardly_static => Problem::HardlyAtRest {
                 rows_at_rest,
                 rows,
@@ -68,7 +68,7 @@ pub(super) fn in_recording(
                 return Ok(intervals_of(index, rests, None));
             }
         };
-        return Err(never_static(recording, problem));
+        return Err(no_static_interval(recording, problem));
     }
     let segments = recording.segments();
     let stem = gravical_recording::source::stem(&recording.name);
@@ -97,7 +97,7 @@ pub(super) fn in_recording(
         let mut spans = directions(recording, &inside, claimed);
         let mut is_found = true;
         if spans.is_empty() {
-            let (found, finding) = without_rest(recording, &quiet, segment, &label);
+            let (found, finding) = fallback_interval(recording, &quiet, segment, &label);
             let finding = finding.in_file(&recording.name);
             match found {
                 Some((rows, steady)) => {
@@ -121,7 +121,7 @@ pub(super) fn in_recording(
 
 /// What is used of a stretch between blank rows that has no rest, with a warning: its longest part of those
 /// that are `quiet`, which is found, or all of its rows where they are too few to judge.
-fn without_rest(
+fn fallback_interval(
     recording: &Recording,
     quiet: &[Range<usize>],
     segment: &Range<usize>,
@@ -269,9 +269,9 @@ fn longest_per_pose(recording: &Recording, spans: Vec<Range<usize>>) -> Vec<Rang
 }
 
 /// The error for a session that is never at rest, at its first recording.
-pub(super) fn never_still(recording: &Recording) -> Error {
+pub(super) fn no_rest(recording: &Recording) -> Error {
     let why = why_never_static(recording);
-    never_static(recording, Problem::NeverAtRest { why })
+    no_static_interval(recording, Problem::NeverAtRest { why })
 }
 
 /// Advises to give the rate of recordings whose rests are counted in rows, or by a clock of no sure unit.
@@ -287,7 +287,7 @@ pub(crate) fn advise_rate<'a>(
     }
 }
 
-fn never_static(recording: &Recording, problem: Problem) -> Error {
+fn no_static_interval(recording: &Recording, problem: Problem) -> Error {
     let hint = if recording.rows() < FEW_ROWS {
         "a table of means needs a row for each of six directions or more, or a column \"label\" that names each row (+x, -x … or pose 1 …); a recording needs 3 s at rest in each pose"
     } else {

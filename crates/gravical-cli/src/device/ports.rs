@@ -94,13 +94,13 @@ pub fn the_board(ports: &[PortInfo]) -> Result<PortInfo> {
 /// The port called `name`, or to which that is a link, under this name; of one that is no USB port
 /// only the name.
 pub fn named(name: &str, ports: &[PortInfo]) -> PortInfo {
-    let is_it = |port: &&PortInfo| port.usb.is_some() && is_called(port, name);
+    let is_it = |port: &&PortInfo| port.usb.is_some() && matches_name(port, name);
     let mut port = ports.iter().find(is_it).cloned().unwrap_or_default();
     name.clone_into(&mut port.name);
     port
 }
 
-fn is_called(port: &PortInfo, name: &str) -> bool {
+fn matches_name(port: &PortInfo, name: &str) -> bool {
     port.name == name || std::fs::canonicalize(name).is_ok_and(|real| real == Path::new(&port.name))
 }
 
@@ -118,7 +118,7 @@ pub fn find_again(port: &PortInfo, ports: &[PortInfo]) -> Option<String> {
     let same: Vec<&PortInfo> = ports.iter().filter(is_same).collect();
     match same.as_slice() {
         // A link keeps its name.
-        _ if same.iter().any(|p| is_called(p, &port.name)) => Some(port.name.clone()),
+        _ if same.iter().any(|p| matches_name(p, &port.name)) => Some(port.name.clone()),
         [one] => Some(one.name.clone()),
         // Without a serial number two equal boards cannot be distinguished.
         _ => None,

@@ -37,7 +37,7 @@ impl Search {
     /// F test by noise alone against what remains, with Bonferroni's correction for having picked the
     /// worst. The nonlinearity is left out, since it would take in what one bad pose does. Of more poses than a
     /// session by hand has, all that are rarer than chance.
-    pub fn misfits(&self) -> Vec<(usize, f64)> {
+    pub fn suspects(&self) -> Vec<(usize, f64)> {
         let held = self.held.noise_only();
         let counted = (0..self.poses.len()).filter(|k| self.poses[*k].bad.is_none());
         let count = counted.clone().count();

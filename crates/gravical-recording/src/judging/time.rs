@@ -12,7 +12,7 @@ use crate::text::{Column, Format, Rows, StampPart};
 const MIN_ROWS: usize = 40;
 /// Stated and measured rates may differ by this share.
 const RATE_TOLERANCE: f64 = 0.02;
-/// Share of missing samples from which on it is told.
+/// Share of missing samples from which on it is reported.
 const MISSING: f64 = 0.001;
 
 /// Times of the rows, and what was found of them.

@@ -11,7 +11,7 @@ use super::names::Column;
 use super::number::parse_cell;
 use super::roles::is_counter;
 
-/// Rows by which a column without a name is told.
+/// Rows by which a column without a name is recognised.
 const ROWS: usize = 400;
 
 /// Names and units of the columns, from the lines above the rows.

@@ -22,7 +22,7 @@ use crate::problem::Problem;
 /// Of a text without a table at most one line in this many looks like a row.
 const LINES_PER_ROW: usize = 10;
 
-/// Lines by which the dialect is told.
+/// Lines by which the dialect is recognised.
 const DIALECT_LINES: usize = 400;
 
 /// What a text without a table of samples is, or else why it has none.

@@ -152,7 +152,7 @@ impl<'a> Fit<'a> {
                 .zip(&solved)
                 .for_each(|(c, x)| model.0[*c] = *x);
             let fit = Fit { model, ..*self };
-            let misfit: f64 = fit.misfits(deviations).iter().map(|x| x * x).sum();
+            let misfit: f64 = fit.residuals(deviations).iter().map(|x| x * x).sum();
             let is_possible = model.0[..EDGE].iter().all(|square| *square >= 0.0);
             is_possible.then_some((misfit, fit))
         });
@@ -185,16 +185,16 @@ impl<'a> Fit<'a> {
     }
 
     /// Deviations of the points from the model, in standard deviations.
-    fn misfits(&self, deviations: &[f64]) -> Vec<f64> {
+    fn residuals(&self, deviations: &[f64]) -> Vec<f64> {
         let points = self.points.iter().zip(deviations);
-        let misfits = points.map(|(p, sd)| (p.variance - self.model.variance(p.tau_s)) / sd);
-        misfits.collect()
+        let residuals = points.map(|(p, sd)| (p.variance - self.model.variance(p.tau_s)) / sd);
+        residuals.collect()
     }
 
     /// True if the points at the short end agree with the model.
     fn agrees(&self, within: f64) -> bool {
-        let misfits = self.misfits(&self.deviations());
-        misfits.iter().take(TESTED).all(|x| x.abs() < within)
+        let residuals = self.residuals(&self.deviations());
+        residuals.iter().take(TESTED).all(|x| x.abs() < within)
     }
 
     /// Variance of a coefficient in a fit of it and all that are part of the model.
@@ -280,8 +280,8 @@ pub fn fit_noise(points: &[AllanVariance], longest: usize, period_s: f64) -> Opt
         let first = (0..=last).find(agrees);
         filtered(first.map_or(last, |first| (first + MORE).min(last)))
     })?;
-    let misfits = fit.points.iter().zip(fit.misfits(&fit.deviations()));
-    let (worst, misfit) = misfits.max_by(|a, b| a.1.abs().total_cmp(&b.1.abs()))?;
+    let residuals = fit.points.iter().zip(fit.residuals(&fit.deviations()));
+    let (worst, misfit) = residuals.max_by(|a, b| a.1.abs().total_cmp(&b.1.abs()))?;
     let misfit = (misfit.abs() > MAX_DEVIATION).then(|| Misfit {
         tau_s: worst.tau_s,
         ratio: worst.variance / fit.model.variance(worst.tau_s),

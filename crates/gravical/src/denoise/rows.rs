@@ -119,6 +119,7 @@ impl Grid {
         column: &mut [f64],
         treatment: &mut Treatment,
     ) {
+        // The ordinary case: a sample at each point.
         let follow = |two: &[usize]| two[1] == two[0] + 1;
         let is_whole = column[stretch.clone()].iter().all(|v| v.is_finite());
         if is_whole && self.points[stretch.clone()].windows(2).all(follow) {

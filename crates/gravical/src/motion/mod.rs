@@ -138,7 +138,7 @@ pub fn motion(
     let t = &own.samples.time_s;
     let visible_moves = summary::visible_moves(&own, options);
     let has_gyro = !own.samples.rate_rad_s.is_empty();
-    findings.extend(summary::circumstances(has_gyro, &moves, options));
+    findings.extend(summary::context_findings(has_gyro, &moves, options));
     if file.is_none()
         && let Some(rest) = rests.first()
     {

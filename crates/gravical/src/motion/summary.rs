@@ -139,7 +139,11 @@ pub(super) fn rows_left_out(recording: &Recording, samples: &Samples) -> Option<
 }
 
 /// What the recording lacks, and what that costs.
-pub(super) fn circumstances(gyro: bool, moves: &[Move], options: &MotionOptions) -> Vec<Finding> {
+pub(super) fn context_findings(
+    gyro: bool,
+    moves: &[Move],
+    options: &MotionOptions,
+) -> Vec<Finding> {
     let mut out = Vec::new();
     let strapdown = options.procedure == Procedure::Strapdown;
     if strapdown && !gyro && !moves.is_empty() {

@@ -11,7 +11,7 @@ use gravical::output::is_special;
 use gravical::targets::check_targets;
 use gravical::{Error, Result};
 
-/// The format of a file that is continued is told by so many bytes; its last line is shorter.
+/// The format of a file that is continued is recognised by so many bytes; its last line is shorter.
 const HEAD: u64 = 1 << 18;
 /// The error of Windows for a file that another program writes to.
 const SHARING_VIOLATION: i32 = 32;
